@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Files in the layouts of other programs, made of the arrays of a run.
+"""Files in the layouts of other programs, made from the arrays of a run.
 
 usage: layouts.py FOLDER LAYOUT...      kf_gins, gici, urbannav_gt
 

@@ -1,20 +1,20 @@
 #!/usr/bin/env python3
-"""Results of `canyon simulate` as a bag of ROS 1, for estimators that read sensor_msgs/Imu and raw observations.
+"""Results of `canyon simulate` as a ROS 1 bag, for estimators that read sensor_msgs/Imu and raw observations.
 
     canyon simulate drive.yaml --out out/drive          # with sensors: {imu: ...} and outputs: {ubx: true}
     python3 ros1_bag.py out/drive drive.bag
     rosbag play --clock -d 3 drive.bag                  # its topics, at their times; subscribers have 3 s before
 
-In the bag, with Unix times of UTC, what the folder has:
-    imu               sensor_msgs/Imu              imu.csv, forward, left, up; orientation not known; not of a fixed receiver
+Contents of the bag, with Unix times of UTC, from the folder:
+    imu               sensor_msgs/Imu              imu.csv, forward, left, up; orientation unknown; not for a fixed receiver
     magnetic_field    sensor_msgs/MagneticField    magnetometer.csv, likewise
     air_pressure      sensor_msgs/FluidPressure    barometer.csv
     fix               sensor_msgs/NavSatFix        epochs.csv, with covariance
     fix_velocity      geometry_msgs/TwistWithCovarianceStamped   epochs.csv: east, north, up
     raw_observations  canyon_msgs/GnssRawObservations            receiver.ubx (RXM-RAWX)
 With --gnss-comm FOLDER (a checkout of gnss_comm) also, below /ublox_driver, range_meas, receiver_lla, ephem, glo_ephem,
-iono_params and time_pulse_info, as ros_gnss_comm.py has them.
-Needs rosbag of ROS 1 (Debian: python3-rosbag python3-sensor-msgs python3-geometry-msgs); no package has to be built.
+iono_params and time_pulse_info, as in ros_gnss_comm.py.
+Needs rosbag of ROS 1 (Debian: python3-rosbag python3-sensor-msgs python3-geometry-msgs); no package must be built.
 """
 import argparse
 import collections
@@ -45,7 +45,7 @@ BEIDOU_D2 = (1, 3)  # geostationary: u-blox's phases are half a cycle less
 
 
 def ubx_messages(data, kind):
-    """Payloads of the messages of class and number `kind` in `data`; damaged ones are passed over."""
+    """Payloads of the messages of class and number `kind` in `data`; damaged ones are skipped."""
     at = data.find(b"\xb5\x62")
     while 0 <= at <= len(data) - 8:
         length = int.from_bytes(data[at + 4:at + 6], "little")
@@ -58,12 +58,12 @@ def ubx_messages(data, kind):
             if data[at + 6 + length:at + 8 + length] == bytes((a, b)):
                 yield body[4:]
             else:
-                length = -6  # search behind its first bytes
+                length = -6  # search after its first bytes
         at = data.find(b"\xb5\x62", at + 8 + length)
 
 
 def raw_observations(payload, locks, types):
-    """A GnssRawObservations of an RXM-RAWX; `locks`: lock times of the epoch before, by signal, which this replaces."""
+    """A GnssRawObservations of an RXM-RAWX; `locks`: lock times of the previous epoch, by signal, which it replaces."""
     raw = types.GnssRawObservations()
     raw.gps_tow, raw.gps_week, raw.leap_seconds, count = struct.unpack_from("<dHbB", payload)
     before, now = dict(locks), {}
@@ -95,7 +95,7 @@ def raw_observations(payload, locks, types):
 
 
 def rows(path):
-    """Lines of a table: numbers by column, words as they are, empty cells NaN."""
+    """Lines of a table: numbers by column, words unchanged, empty cells NaN."""
     def value(cell):
         try:
             return float(cell) if cell else math.nan
@@ -127,13 +127,13 @@ class Folder:
         to.x, to.y, to.z = (row[name % axis] * scale * side for axis, side in (("x", 1), ("y", self.side), ("z", self.side)))
 
     def on_vehicle(self):
-        """Whether the receiver is where the sensors are: the truth of a fixed one never moves, while the vehicle does."""
+        """Whether the receiver is on the vehicle with the sensors: the truth of a fixed receiver does not move."""
         def moves(path, name):
             return path.is_file() and any(row[name % axis] for row in rows(path) for axis in ("east", "north", "up"))
         return moves(self.receiver / "epochs.csv", "true_velocity_%s_mps") or not moves(self.run / "motion.csv", "velocity_%s_mps")
 
     def streams(self):
-        """Those of the files that are there; a fixed receiver has none of the vehicle's sensors."""
+        """Streams of the existing files; a fixed receiver has none of the vehicle's sensors."""
         of = {"imu.csv": self.imu, "magnetometer.csv": self.magnetometer, "barometer.csv": self.barometer}
         of = of if self.on_vehicle() else {}
         found = [call(rows(self.run / name)) for name, call in of.items() if (self.run / name).is_file()]
@@ -203,7 +203,7 @@ class Folder:
 
 
 class Recorder:
-    """A bag in the place of ROS: subscribers get what is written."""
+    """A bag that replaces ROS: messages are written to it."""
 
     def __init__(self, bag, time_of):
         self.bag, self.time_of, self.calls, self.counts, self.at = bag, time_of, {}, collections.Counter(), None
@@ -254,11 +254,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("run", type=pathlib.Path, help="folder of canyon simulate")
     parser.add_argument("bag", type=pathlib.Path)
-    parser.add_argument("--receiver", metavar="NAME", help="which one, of a run with several")
-    parser.add_argument("--axes", choices=("flu", "frd"), default="flu", help="those of the scenario's sensors (flu)")
+    parser.add_argument("--receiver", metavar="NAME", help="name of the receiver, for a run with several")
+    parser.add_argument("--axes", choices=("flu", "frd"), default="flu", help="axes of the scenario's sensors (flu)")
     parser.add_argument("--canyon-msgs", type=pathlib.Path, metavar="FOLDER", default=HERE.parent / "adapters/ros/canyon_msgs",
-                        help="that package, in a checkout of Canyon")
-    parser.add_argument("--gnss-comm", type=pathlib.Path, metavar="FOLDER", help="that package; without, none of its messages")
+                        help="folder of that package, in a checkout of Canyon")
+    parser.add_argument("--gnss-comm", type=pathlib.Path, metavar="FOLDER", help="folder of that package; without it, none of its messages")
     arguments = parser.parse_args()
     try:
         import genpy
@@ -284,7 +284,7 @@ def main():
             for unix_s, topic, message in heapq.merge(*folder.streams(), key=lambda item: item[0]):
                 recorder.record(unix_s, "/" + topic, message)
     except BaseException:
-        arguments.bag.unlink()  # half a bag looks like a whole one
+        arguments.bag.unlink()  # an incomplete bag looks like a complete one
         raise
     for name, count in sorted(recorder.counts.items()):
         print("%7d  %s" % (count, name))

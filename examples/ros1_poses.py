@@ -5,10 +5,10 @@
     python3 ros1_poses.py /mocap/rover/pose --to 127.0.0.1:9001
     python3 ros1_poses.py /odom --odometry --id rover
 
-Position and attitude go as they are: those of the vehicle's body (REP 103: x forward, y left, z up) in the frame of
-header.frame_id, which is taken as x east, y north, z up unless the scenario's live.poses turns it (axes, heading_deg,
-east_m, ...). Of Odometry the pose is taken and the twist is not: it may be of another frame, and velocities come from poses.
-Stamps are those of the headers; a header without one leaves time to the receiver. Needs rospy and geometry_msgs, with
+Position and attitude are sent unchanged: those of the vehicle's body (REP 103: x forward, y left, z up) in the frame of
+header.frame_id, which is treated as x east, y north, z up unless the scenario's live.poses transforms it (axes, heading_deg,
+east_m, ...). Odometry's pose is used, not its twist, which may be in another frame; velocities are computed from poses.
+Stamps are those of the headers; without a stamp, canyon live uses the time of reception. Needs rospy and geometry_msgs, with
 --odometry nav_msgs.
 """
 import argparse
@@ -19,7 +19,7 @@ import rospy
 
 
 def line_of(header, pose, name):
-    """One pose as docs/live.md has it."""
+    """One pose in the format of docs/live.md."""
     p, q = pose.position, pose.orientation
     line = {"position_m": [p.x, p.y, p.z], "attitude": [q.w, q.x, q.y, q.z]}
     if not header.stamp.is_zero():
@@ -33,8 +33,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("topic")
     parser.add_argument("--odometry", action="store_true", help="nav_msgs/Odometry instead of geometry_msgs/PoseStamped")
-    parser.add_argument("--to", default="127.0.0.1:9001", metavar="HOST:PORT", help="where canyon live listens (127.0.0.1:9001)")
-    parser.add_argument("--id", default="", metavar="NAME", help="of the vehicle, where several send to one port")
+    parser.add_argument("--to", default="127.0.0.1:9001", metavar="HOST:PORT", help="address of canyon live (127.0.0.1:9001)")
+    parser.add_argument("--id", default="", metavar="NAME", help="of the vehicle, if several send to one port")
     arguments = parser.parse_args(rospy.myargv()[1:])
     host, port = arguments.to.rsplit(":", 1)
     out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)

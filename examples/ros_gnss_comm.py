@@ -1,17 +1,17 @@
 #!/usr/bin/env python3
-"""Topics of a receiver of Canyon as the messages of gnss_comm, which GVINS and others read. For ROS 1 and ROS 2.
+"""Topics of a Canyon receiver as messages of gnss_comm, used by GVINS and others. For ROS 1 and ROS 2.
 
     canyon simulate drive.yaml --out out/drive       # its out/drive/sky.nav has the ephemerides
     python3 ros_gnss_comm.py --navigation out/drive/sky.nav --from /car/gnss --to /ublox_driver
 
-It takes raw_observations, satellites, fix and fix_velocity below the name of --from, and publishes below that of --to
+It subscribes to raw_observations, satellites, fix and fix_velocity below the name --from, and publishes below --to
     range_meas       gnss_comm/GnssMeasMsg            each epoch: signals of GPS, GLONASS, Galileo and BeiDou
     receiver_pvt     gnss_comm/GnssPVTSolnMsg         each epoch; height_msl is the ellipsoidal one
-    receiver_lla     sensor_msgs/NavSatFix            each epoch: the fix as it comes
+    receiver_lla     sensor_msgs/NavSatFix            each epoch: the unchanged fix
     time_pulse_info  gnss_comm/GnssTimePulseInfoMsg   before each whole second of GPS time: that second
     ephem, glo_ephem gnss_comm/GnssEphemMsg, GnssGloEphemMsg   at the first epoch, and then every 30 s
-    iono_params      gnss_comm/StampedFloat64Array    likewise: eight coefficients of Klobuchar's model
-With --back it takes range_meas below --from and publishes canyon_msgs/GnssRawObservations below --to.
+    iono_params      gnss_comm/StampedFloat64Array    same times: eight coefficients of Klobuchar's model
+With --back it subscribes to range_meas below --from and publishes canyon_msgs/GnssRawObservations below --to.
 Needs NumPy, gnss_comm, canyon_msgs, and rospy or rclpy.
 """
 import argparse
@@ -20,10 +20,10 @@ import math
 import pathlib
 import sys
 
-# Numbers of codes as RTKLIB 2.4.2 has them, from 1 on.
+# Numbers of codes in RTKLIB 2.4.2, from 1 on.
 CODES = ("1C 1P 1W 1Y 1M 1N 1S 1L 1E 1A 1B 1X 1Z 2C 2D 2S 2L 2X 2P 2W 2Y 2M 2N 5I 5Q 5X 7I 7Q 7X 6A 6B 6C 6X 6Z 6S 6L "
          "8I 8Q 8X 2I 2Q 6I 6Q 3I 3Q 3X 1I 1Q").split()
-# Satellites are counted through the systems in this order: letter, how many, system and first number less 1 in canyon_msgs.
+# Satellites are numbered through the systems in this order: letter, count, system and first number minus 1 in canyon_msgs.
 SYSTEMS = (("G", 32, 0, 0), ("R", 27, 1, 64), ("E", 38, 2, 300), ("C", 63, 3, 400))
 WEEK_S = 604800
 REPEAT_S = 30
@@ -36,7 +36,7 @@ PSEUDORANGE_VALID, PHASE_VALID, HALF_CYCLE_KNOWN = 1, 2, 4
 
 
 def satellite_number(name):
-    """That of gnss_comm for a RINEX name such as G05; 0 where it has none."""
+    """The number in gnss_comm for a RINEX name such as G05; 0 if it has none."""
     number, before = int(name[1:]), 0
     for letter, count, _, _ in SYSTEMS:
         if name[0] == letter:
@@ -46,7 +46,7 @@ def satellite_number(name):
 
 
 def satellite_of(number):
-    """RINEX name, system and number in canyon_msgs of a number of gnss_comm; None where it has none."""
+    """RINEX name, system and number in canyon_msgs of a number of gnss_comm; None if it has none."""
     for letter, count, system, base in SYSTEMS:
         if 0 < number <= count:
             return "%s%02d" % (letter, number), system, base + number
@@ -59,7 +59,7 @@ def finite(value):
 
 
 def named(message, name):
-    """`name` of a field in ROS 1. Fields of ROS 2 have no capitals, so that there `CN0` is `cn0`."""
+    """`name` of a field in ROS 1. Fields in ROS 2 have no capitals: `CN0` is `cn0`."""
     return name if hasattr(message, name) else name.lower()
 
 
@@ -98,7 +98,7 @@ class Navigation:
                 self.records.append((line[:3], self.gps(when, line[0]), self.numbers(line, 23, 19)[:3]))
             elif line.strip():
                 self.records[-1][2].extend(self.numbers(line, 4, 19))
-        # Of Galileo the I/NAV messages of E1-B.
+        # For Galileo the I/NAV messages of E1-B.
         self.records = [r for r in self.records if satellite_number(r[0]) and len(r[2]) >= (15 if r[0][0] == "R" else 31)
                         and not (r[0][0] == "E" and not int(r[2][20]) & 1)]
 
@@ -108,11 +108,11 @@ class Navigation:
         return [float(cell) if cell else 0.0 for cell in cells]
 
     def gps(self, when, system):
-        """GLONASS counts UTC, BeiDou is 14 s behind."""
+        """GLONASS uses UTC, BeiDou is 14 s behind."""
         return (when - datetime.datetime(1980, 1, 6)).total_seconds() + {"R": self.leap_s, "C": 14}.get(system, 0)
 
     def nearest(self, now):
-        """The record of each satellite whose time is nearest to `now`."""
+        """For each satellite the record nearest in time to `now`."""
         best = {}
         for record in self.records:
             if record[0] not in best or abs(record[1] - now) < abs(best[record[0]][1] - now):
@@ -173,7 +173,7 @@ def fill_measurements(m, raw, make_observation):
 
 
 def fill_raw(raw, measurements, make_observation, leap_s):
-    """GnssRawObservations of a GnssMeasMsg; what that does not have is NaN."""
+    """GnssRawObservations of a GnssMeasMsg; missing values are NaN."""
     for element in measurements.meas:
         known = satellite_of(element.sat)
         raw.gps_week, raw.gps_tow, raw.leap_seconds = element.time.week, element.time.tow, leap_s
@@ -195,7 +195,7 @@ def fill_raw(raw, measurements, make_observation, leap_s):
 
 
 def pdop(satellites):
-    """Dilution of the used satellites, a clock for each system; 0 where they do not determine a position."""
+    """Dilution of the used satellites, a clock for each system; 0 if they do not determine a position."""
     import numpy
     systems = sorted({s.system for s in satellites})
     rows = [[math.cos(s.elevation) * math.sin(s.azimuth), math.cos(s.elevation) * math.cos(s.azimuth), math.sin(s.elevation)] +
@@ -288,7 +288,7 @@ class Converter:
             self.pulse_s = math.floor(now) + 1
             pulse = self.types.GnssTimePulseInfoMsg()
             set_time(pulse.time, self.pulse_s)
-            pulse.utc_based, pulse.time_sys = False, 1  # GPS, as gnss_comm counts systems
+            pulse.utc_based, pulse.time_sys = False, 1  # GPS in gnss_comm's numbering of systems
             self.out["time_pulse_info"].publish(pulse)
         message = self.types.GnssMeasMsg()
         fill_measurements(message, raw, self.types.GnssObsMsg)
@@ -314,7 +314,7 @@ class Converter:
             solution = self.types.GnssPVTSolnMsg()
             fill_pvt(solution, parts["satellites"], parts["fix"], parts["fix_velocity"])
             self.out["receiver_pvt"].publish(solution)
-        while len(self.parts) > 200:  # nobody completes the oldest
+        while len(self.parts) > 200:  # the oldest will not be completed
             self.parts.pop(next(iter(self.parts)), None)
 
 
@@ -333,9 +333,9 @@ def go_back(ros, types, source, target, leap_s):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--from", dest="source", default="", metavar="NAME", help="where the topics that it takes are")
-    parser.add_argument("--to", default="/ublox_driver", metavar="NAME", help="where its own are (/ublox_driver)")
-    parser.add_argument("--navigation", metavar="FILE", help="RINEX 3: ephemerides and ionosphere; without, none are sent")
+    parser.add_argument("--from", dest="source", default="", metavar="NAME", help="namespace of the subscribed topics")
+    parser.add_argument("--to", default="/ublox_driver", metavar="NAME", help="namespace of the published topics (/ublox_driver)")
+    parser.add_argument("--navigation", metavar="FILE", help="RINEX 3: ephemerides and ionosphere; without it, none are sent")
     parser.add_argument("--back", action="store_true", help="from gnss_comm's observations to canyon_msgs'")
     arguments = parser.parse_args([word for word in sys.argv[1:] if ":=" not in word])
     navigation = Navigation(arguments.navigation) if arguments.navigation else None
@@ -352,7 +352,7 @@ def main():
     if arguments.back:
         go_back(ros, types, arguments.source, arguments.to, navigation.leap_s if navigation else 18)
     else:
-        converter = Converter(ros, types, arguments.source, arguments.to, navigation)  # noqa: F841, held by its callbacks
+        converter = Converter(ros, types, arguments.source, arguments.to, navigation)  # noqa: F841, referenced by its callbacks
     ros.spin()
 
 

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""How many receivers does this machine run live? A swarm in the streets of a made-up downtown, and what it costs.
+"""Number of live receivers that this machine can run: a swarm in the streets of a synthetic downtown, and its cost.
 
     python3 examples/swarm.py --count 100 --seconds 60
 
-Each vehicle goes round its block at 3 m/s, 5 to 25 m above the street, sends four poses an epoch as JSON over UDP,
-and gets NMEA over UDP. All are receivers of one `canyon live`, whose epochs lie evenly over the interval (`live.stagger`).
-Printed at the end: epochs that came, that were skipped because the machine was more than a second behind, and that were
-empty because no pose was there in time; the time from pose to bytes; processor time and memory.
-Python's standard library alone.
+Each vehicle circles its block at 3 m/s, 5 to 25 m above the street, sends four poses per epoch as JSON over UDP,
+and gets NMEA over UDP. All are receivers of one `canyon live`, with epochs spread evenly over the interval (`live.stagger`).
+Printed at the end: received epochs, epochs skipped because the machine was more than a second late, and
+epochs empty because no pose arrived in time; the time from pose to bytes; processor time and memory.
+Needs only Python's standard library.
 """
 import argparse
 import json
@@ -23,25 +23,25 @@ import sys
 import tempfile
 import time
 
-BLOCK_M = 76  # from street to street of the made-up town
+BLOCK_M = 76  # from street to street of the synthetic town
 SPEED_MPS = 3.0
 
 
 def arguments_of(argv):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=100, help="receivers (100)")
-    parser.add_argument("--seconds", type=float, default=30, help="how long (30)")
-    parser.add_argument("--rate", type=float, default=10, help="epochs of each in a second (10)")
-    parser.add_argument("--profile", default="ublox-m10", help="what they are (ublox-m10)")
+    parser.add_argument("--seconds", type=float, default=30, help="duration (30)")
+    parser.add_argument("--rate", type=float, default=10, help="epochs per second of each receiver (10)")
+    parser.add_argument("--profile", default="ublox-m10", help="their profile (ublox-m10)")
     parser.add_argument("--canyon", default="canyon", help="the program (canyon)")
     arguments = parser.parse_args(argv)
     if not (0 < arguments.count <= 10_000 and arguments.seconds > 0 and 0 < arguments.rate <= 100):
-        parser.error("give 1 to 10000 receivers, a positive time, and up to 100 epochs a second")
+        parser.error("give 1 to 10000 receivers, a positive time, and up to 100 epochs per second")
     return arguments
 
 
 def free_ports(count):
-    """One for each vehicle: each source of poses at a port reads all that comes there."""
+    """One for each vehicle: each source of poses at a port reads all messages there."""
     probes = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(count)]
     for probe in probes:
         probe.bind(("127.0.0.1", 0))
@@ -67,7 +67,7 @@ def scenario(arguments, ports, back):
 
 
 def place(index, blocks, time_s):
-    """East, north, up [m] of a vehicle that goes round its block, in the middle of the streets."""
+    """East, north, up [m] of a vehicle that circles its block, in the middle of the streets."""
     east = (index % blocks - blocks / 2) * BLOCK_M
     north = (index // blocks - blocks / 2) * BLOCK_M
     way = (SPEED_MPS * time_s + 37.0 * index) % (4 * BLOCK_M)
@@ -89,9 +89,9 @@ def processor_s(pid):
 
 
 def fly(arguments, process, ports, blocks, listener):
-    """Sends poses until the time is over. Processor time, its share of real time, and memory."""
+    """Sends poses until the time is over. Processor time, its fraction of real time, and memory."""
     sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    poses = 4  # of a vehicle in the interval of its epochs, as of a simulator that is faster than the receiver
+    poses = 4  # per vehicle in an epoch interval, like a simulator faster than the receiver
     rate = poses * arguments.rate * arguments.count
     begin, sent = time.monotonic(), 0
     used_s = at_s = 0.0

@@ -1,6 +1,6 @@
-"""Writes the stub that the package is built with: the types of canyon/_canyon.pyi, and the extension's own texts.
+"""Writes the stub of the built package: the types of canyon/_canyon.pyi, and the extension's docstrings.
 
-usage: python3 describe_stub.py BUILD/python/canyon/_canyon.pyi, beside the extension
+usage: python3 describe_stub.py BUILD/python/canyon/_canyon.pyi, next to the extension
 """
 
 import ast
@@ -14,7 +14,7 @@ OWN = {"__init__", "__len__", "__iter__", "__next__"}
 
 
 def signature_and_text(doc):
-    """Splits a docstring of pybind11's into "name(parameters) -> type" and its text."""
+    """Splits a docstring of pybind11 into "name(parameters) -> type" and its text."""
     head, _, text = (doc or "").partition("\n")
     return head, text.strip() or None
 
@@ -30,14 +30,14 @@ def described(tree, module):
 
 
 def text_of(thing):
-    """The text of a class, a property or a function; None where it has none."""
+    """The docstring of a class, a property or a function; None if it has none."""
     thing = getattr(thing, "__func__", thing)
     doc = thing.__doc__
     return (doc.strip() if doc else None) if isinstance(thing, (type, property)) else signature_and_text(doc)[1]
 
 
 def stub_with_texts(module):
-    """The stub with the module's texts."""
+    """The stub with the module's docstrings."""
     tree = ast.parse(STUB.read_text(encoding="utf-8"))
     for node, thing in described(tree, module):
         text = text_of(thing) if node.name not in OWN else None

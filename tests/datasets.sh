@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The data set of examples/datasets: whole, labelled, split by drive, the same again; a classifier trains on it.
+# The data set of examples/datasets: complete, labelled, split by drive, repeatable; a classifier trains on it.
 # usage: tests/datasets.sh CANYON
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -23,7 +23,7 @@ assert all(float(row["cn0_dbhz"]) > 0 for row in rows)
 assert set(card["known_to_a_receiver"] + card["labels"]) <= set(rows[0])
 assert (folder / "drives/003/receiver.obs").is_file()
 EOF
-# Ctrl-C loses no whole drive: the same command goes on. Ways keep to the streets.
+# Ctrl-C loses no complete drive: the same command continues. Routes stay in the streets.
 python3 - "$1" "$folder/c" <<'EOF' || fail "an interrupted call does not say how it goes on"
 import pathlib, signal, subprocess, sys, time
 canyon, out = sys.argv[1:]
@@ -41,7 +41,7 @@ cmp "$folder/a/observations.csv" "$folder/c/observations.csv" || fail "going on 
 python3 examples/datasets/make.py --canyon "$1" --out "$folder/d" --drives 2 --seconds 100 2>"$folder/said" >/dev/null
 if grep "inside a building" "$folder/said"; then fail "a way leads through a house"; fi
 if python3 examples/datasets/make.py --canyon "$1" --out "$folder/a" 2>"$folder/said"; then fail "a folder is written over"; fi
-grep -q "is there; remove it" "$folder/said" || fail "no cure for a folder that is there"
+grep -q "exists already; remove it" "$folder/said" || fail "no cure for a folder that is there"
 python=$(command -v /usr/bin/python3 || command -v python3)
 "$python" -c "import sklearn, pandas" 2>/dev/null || { echo "SKIPPED: train.py (no scikit-learn and pandas here)"; exit 0; }
 learnt=$("$python" examples/datasets/train.py "$folder/a")

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs the package by pip, offline, into an empty folder and imports it from elsewhere.
+# Installs the package by pip, offline, into an empty folder and imports it from another folder.
 # usage: tests/installed.sh BUILD_FOLDER WORK_FOLDER PYTHON
 set -euo pipefail
 source=$(cd "$(dirname "$0")/.." && pwd)
@@ -7,7 +7,7 @@ build=$1 work=$2 python=$3
 "$python" -c 'import setuptools, wheel, pip' 2>/dev/null || { echo "SKIPPED: pip, setuptools or wheel is missing"; exit 77; }
 rm -rf "$work"
 mkdir -p "$work/source" "$work/elsewhere"
-# pip builds in the source's folder: a copy without the rest of the tree leaves that as it is. CMake's build is reused.
+# pip builds in the source's folder: a copy without the rest of the tree leaves the tree unchanged. CMake's build is reused.
 mkdir -p "$work/source/docs" "$work/source/python"
 cp "$source/setup.py" "$source/pyproject.toml" "$source/CMakeLists.txt" "$source/LICENSE" "$work/source"
 cp "$source/docs/python.md" "$work/source/docs"
@@ -31,7 +31,7 @@ epoch = canyon.LiveReceiver(city, "2026-06-01T08:00:00Z").observe(0, (0, 0, 2))
 assert epoch.tracked > 4, epoch.tracked
 print("canyon", canyon.__version__, "from", canyon.__file__)
 END
-# The wheel with the command: whatever it loads is its own or every Linux's, and both run where nothing says where they are.
+# The wheel with the command: loads only its own libraries or those of every Linux, and both run without environment variables.
 command -v patchelf >/dev/null && [ -e "$source/viewer/dist/viewer.html" ] || { echo "SKIPPED the bundled wheel: patchelf or the viewer's page is missing"; exit 0; }
 "$python" "$source/packaging/bundle.py" "$work"/canyon_gnss-*-linux_*.whl "$build" "$work/bundled"
 size=$(stat -c %s "$work"/bundled/canyon_gnss-*.whl)
@@ -46,7 +46,7 @@ for file in "$site"/canyon/bundle/bin/canyon "$site"/canyon/_canyon*.so "$site"/
 done
 env -i HOME="$work" "$work/venv/bin/canyon" demo -o demo >/dev/null 2>&1
 [ -s demo/track.png ] && [ -s demo/heatmap/hdop.tif ] && [ -s demo/demo.html ] || { echo "FAILED: the demo's files are missing"; exit 1; }
-# GDAL and PROJ's database are the wheel's.
+# GDAL and PROJ's database are from the wheel.
 env -i HOME="$work" "$work/venv/bin/canyon" check "$source/tests/data/cases/world-parts-missing/adv.gml" | grep "ETRS89 / UTM zone 32N" >/dev/null ||
   { echo "FAILED: the wheel's PROJ does not know a reference system"; exit 1; }
 env -i HOME="$work" "$work/venv/bin/python" -c "import canyon; print(canyon.__file__, canyon.simulate('demo/demo.yaml').summary['epochs'])"

@@ -16,7 +16,7 @@ except ImportError:
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 
-# To the north-east, then north, with half of the samples lost on the way to the estimator.
+# To the north-east, then north, with half of the samples lost before the estimator.
 SCENARIO = """
 city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: -70.5, height_m: 0}}
 sky: {nominal: true}
@@ -81,10 +81,10 @@ class LayoutsTest(unittest.TestCase):
             angle = np.abs(rows[:, first]) + rows[:, first + 1] / 60 + rows[:, first + 2] / 3600
             np.testing.assert_allclose(np.sign(rows[:, first]) * angle, degrees, atol=2e-9)
         np.testing.assert_allclose(rows[:, 9], truth[:, 4], atol=1e-3)
-        # The nose points along the way: all of the velocity is ahead.
+        # The nose points along the path: all of the velocity is forward.
         np.testing.assert_allclose(rows[:, 11], np.linalg.norm(truth[:, 5:8], axis=1), atol=0.02)
         np.testing.assert_allclose(rows[:, 10], 0, atol=0.02)
-        # From north-east to north: a turn to the left, with the acceleration there.
+        # From north-east to north: a left turn, with acceleration to the left.
         self.assertLess(rows[:, 13].min(), -1)
         self.assertAlmostEqual(rows[20, 18], 45, delta=0.1)
         said = subprocess.run([CANYON, "check", self.folder / "urbannav_gt.txt"], capture_output=True, text=True, check=True)

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Lines of source by room, tests and benchmarks not counted: each folder of canyon/, the command line, each adapter, Python, the viewer.
+# Lines of source by module, without tests and benchmarks: each folder of canyon/, the command line, each adapter, Python, the viewer.
 # usage: tests/lines.sh [ROOT]
 set -u
 export LC_ALL=C

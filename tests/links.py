@@ -1,4 +1,4 @@
-"""Prints each link of Markdown files under the working directory that leads to no file or to no heading."""
+"""Prints each link of Markdown files under the working directory to a missing file or heading."""
 import os
 import pathlib
 import re

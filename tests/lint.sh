@@ -30,22 +30,22 @@ while IFS=: read -r file line included; do
   fi
 done < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/[a-z]*\.hpp$' | xargs grep -nHE '^#include "canyon/' | sed -E 's|^([^:]*:[0-9]+):#include "canyon/([a-z_/]+)/[a-z0-9_]+[.][a-z]+".*|\1:\2|')
 
-# Eight storeys, each with a README, and two headers beside them.
+# Eight layers, each with a README, and two more headers.
 storeys='base|sky|city|paths|receiver|run|outputs|studies'
-while IFS= read -r file; do breach "$file: stands in none of the eight storeys"; done \
+while IFS= read -r file; do breach "$file: is in none of the eight layers"; done \
   < <(printf '%s\n' "${sources[@]}" | grep -vE "^canyon/(($storeys)/.*|(canyon|io)\.hpp)\$")
 for storey in ${storeys//|/ }; do [ -e "canyon/$storey/README.md" ] || breach "canyon/$storey: no README.md"; done
 
-# 2. The engine knows no host.
+# 2. The engine does not depend on hosts.
 grep_each "the engine includes a host's header" \
   '#include [<"](gazebo|gz|ignition|ros|rclcpp|mavlink|sensor_msgs|std_msgs|geometry_msgs|adapters|cli|pybind11|python)/' "${sources[@]}"
 
-# Code that hosts share needs no SDF; adapters/common/sdf/ reads it for those that have it.
+# Code shared by hosts needs no SDF; adapters/common/sdf/ reads it for hosts with SDF.
 mapfile -t shared < <(find adapters/common adapters/common/msgs adapters/common/testing -maxdepth 1 -name '*.?pp' 2>/dev/null | sort)
 grep_each "only adapters/common/sdf may include SDF" '#include [<"](sdf/|adapters/common/sdf/)' "${shared[@]}"
 
-# 3. Only canyon/base/json.cpp knows nlohmann/json, and tests, which compare with it; only raytrace knows Embree; only
-# canyon::io's files know Cairo and rasters.
+# 3. Only canyon/base/json.cpp uses nlohmann/json, and tests, which compare with it; only raytrace uses Embree; only
+# canyon::io's files use Cairo and rasters.
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/base/json\.cpp$|_test\.cpp$')
 grep_each "only canyon/base/json.cpp may include nlohmann/json" '#include [<"]nlohmann' "${outside[@]}"
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/city/raytrace/')
@@ -56,7 +56,7 @@ grep_each "only canyon/city/buildings may include map libraries (and canyon/city
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/(city/buildings|studies/heatmap)/')
 grep_each "only canyon/city/buildings and canyon/studies/heatmap may include raster libraries" \
   '#include [<"](gdal|ogr|netcdf)' "${outside[@]}"
-# FOLDER/FILE.cpp, or FOLDER/ALL, of what CMakeLists.txt gives to canyon::io.
+# FOLDER/FILE.cpp, or FOLDER/ALL, of the files assigned to canyon::io in CMakeLists.txt.
 io=$(tr -s '\n ' ' ' <CMakeLists.txt | grep -oE 'canyon_folder\([^)]*\)' | sed -nE 's/^canyon_folder\(([a-z_/]+) (.* )?IO ([^)]*)\)/\1 \3/p' |
   while read -r folder names; do for name in $names; do [[ $name != *.cpp && $name != ALL ]] || echo "canyon/$folder/$name"; done; done)
 while IFS= read -r file; do
@@ -66,9 +66,9 @@ done < <({ grep -lE '#include [<"]cairo' "${sources[@]}"
            printf '%s\n' "${sources[@]}" | grep '^canyon/studies/heatmap/' |
              xargs grep -lE '#include [<"](gdal|ogr|netcdf)'; } | sort -u)
 
-# 4. Public headers are those that the umbrella headers reach by #include (cmake/install_headers.cmake installs
-# them): they need nothing but the standard library and Eigen, and canyon/canyon.hpp nothing of canyon::io alone.
-# reached HEADER: the headers of Canyon's that it includes, directly or not, and itself.
+# 4. Public headers are those included by the umbrella headers (cmake/install_headers.cmake installs
+# them): they need only the standard library and Eigen, and canyon/canyon.hpp needs no part of canyon::io.
+# reached HEADER: Canyon's headers that it includes, directly or indirectly, and itself.
 reached() {
   local waiting=("$@") header
   declare -A seen=()
@@ -93,7 +93,7 @@ done < <(reached canyon/canyon.hpp)
 grep_each "inside, include what is needed" '#include "canyon/(canyon|io)\.hpp"' \
   $(printf '%s\n' "${sources[@]}" | grep -v '^canyon/io\.hpp$')
 
-# 5. Habits.
+# 5. Conventions.
 grep_each "no 'using namespace' in a header" '^ *using namespace' $(printf '%s\n' "${sources[@]}" | grep hpp$)
 while IFS= read -r file; do breach "$file: no '#pragma once'"; done \
   < <(printf '%s\n' "${sources[@]}" | grep 'hpp$' | xargs grep -L '^#pragma once')
@@ -102,8 +102,8 @@ for source in $(printf '%s\n' "${sources[@]}" | grep '^canyon/.*\.cpp$'); do
   [ ! -e "$header" ] || [ "$(grep -m1 '^#include' "$source")" = "#include \"$header\"" ] ||
     breach "$source: its own header comes first: so it is proved to compile alone"
 done
-# A source has a header of its name, or belongs to a family: sources of one kind beside each other, which one header declares for
-# the one who picks among them.
+# A source has a header of its name, or belongs to a family: sources of one kind, declared in one header for
+# the code that selects among them.
 families='
 adapters/gazebo_classic/publishers.hpp
 adapters/gz_sim/publishers.hpp

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Runs what pages show: every block of shell, YAML, C++ and Python, unless it is marked `<!-- not run: WHY -->`.
+"""Runs the blocks of pages: every block of shell, YAML, C++ and Python, unless it is marked `<!-- not run: WHY -->`.
 
-    sh        in the page's folder, as a reader has it: the repository's examples, the files of tests/pages_files.sh, those that the page
+    sh        in the page's folder, like a reader's: the repository's examples, the files of tests/pages_files.sh, those that the page
               names ("Save this as `NAME`:" before a block), and what earlier blocks wrote; indented ones and those without a language, too, where
               they begin with a command
     yaml      a scenario, a profile or a study is simulated, a list of recordings validated; a part of a scenario within a small one
     cpp       a program with main() is compiled, linked and run; other blocks of a page are compiled together, each alone or as
               `<!-- within: TEXT BLOCK TEXT -->` says, or in Canyon's source as `<!-- in FILE after: TEXT -->` says
-    python    the blocks of a page are run in one interpreter, after its other blocks; what stands below `>>>` is compared
+    python    the blocks of a page are run in one interpreter, after its other blocks; results below `>>>` are compared
     xml       a world is read as a city; other elements of Canyon's plugins are compared with those of docs/reference/sdf.md, and not run
     json      is parsed
 
@@ -50,11 +50,11 @@ INDENTED = re.compile(r"(?<=\n\n)(?:    [^\n]+\n)+")
 COMMAND = re.compile(r" *(\$|apt|canyon|cd|cmake|colcon|export|git|gz|gzserver|make|mavproxy\.py|mkdir|mpirun|pip|ros\w+|sudo|(/usr/bin/)?python3|\./\w+|"
                      r"(examples|tests)/[\w./-]+) ")
 COMMENT = re.compile(r"<!-- (?P<kind>not run|within|in (?P<file>\S+) after): (?P<text>.*?) -->")
-# Programs that not every machine has; a block with one that is missing is counted as absent.
+# Programs that may be missing; a block with a missing one is counted as absent.
 OPTIONAL = {"curl", "ffmpeg", "gdalinfo", "gdallocationinfo", "gpsd", "socat", "str2str"}
 NO_MODULE = re.compile(r"No module named '(netCDF4|pandas|sklearn|xarray)'")
 SERVERS = ("gpsd", "str2str")
-# No block that runs installs anything; nor does it open a browser.
+# Blocks must not install anything or open a browser.
 REFUSED = {"apt": 1, "apt-get": 1, "dpkg": 1, "pip": 1, "podman": 1, "sudo": 1, "xdg-open": 0}
 CANYON = ""
 
@@ -79,7 +79,7 @@ def table(page, heading):
 def check_xml(text):
     text = re.sub(r"<\?xml[^>]*\?>", "", text)
     if text.count("<plugin") == 1 and "</plugin>" not in text and "/>" not in text:
-        text += "</plugin>"  # its first line alone
+        text += "</plugin>"  # only its first line
     root = ET.fromstring(f'<page xmlns:gz="http://gazebosim.org/schema">{text}</page>')
     receiver, drive = table("sdf.md", "Elements of a receiver"), table("sdf.md", "Elements of a drive plugin")
 
@@ -204,8 +204,8 @@ def first_values(study):
 
 
 def until_served(command):
-    """Runs what serves: in the background until the block ends, else for 4 s, as if Ctrl-C ended it."""
-    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # as a shell starts it behind &
+    """Runs servers: in the background until the block ends, else for 4 s, ended as by Ctrl-C."""
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # as started by a shell with &
         return subprocess.run(command, check=False).returncode
     with subprocess.Popen(command) as process:
         try:
@@ -221,7 +221,7 @@ def until_served(command):
 
 
 def told(call):
-    """What Python's prompt shows of an expression's value, or the last line about its exception."""
+    """An expression's value as shown by Python's prompt, or the last line of its exception."""
     try:
         return repr(call())
     except Exception as error:
@@ -235,7 +235,7 @@ class Page:
         self.folder = pathlib.Path(folder)
         shutil.copytree(files, self.folder, symlinks=True, dirs_exist_ok=True)
         for name in re.findall(r"(?:-o|--out) ([\w./-]+)", text):
-            if (self.folder / name).is_file():  # what the page makes itself
+            if (self.folder / name).is_file():  # made by the page itself
                 (self.folder / name).unlink()
         shims = self.folder / ".bin"
         shims.mkdir()
@@ -247,7 +247,7 @@ class Page:
             (shims / name).write_text(f"#!/bin/sh\necho 'the test of pages runs no {name}: mark the block' >&2\nexit {status}\n")
             (shims / name).chmod(0o755)
         (shims / "python3").symlink_to(sys.executable)
-        viewer = self.folder / ".viewer.html"  # the built page is the matter of viewer/test
+        viewer = self.folder / ".viewer.html"  # the built page is tested in viewer/test
         viewer.write_text("<html><body><!--canyon:data--></body></html>")
         self.environment = {**os.environ, "CANYON_VIEWER": str(viewer), "PATH": f"{shims}:{os.environ['PATH']}", "HOME": str(self.folder), "PYTHONDONTWRITEBYTECODE": "1",
                             "PYTHONPATH": str(BUILD / "python")}
@@ -260,7 +260,7 @@ class Page:
         return path.name
 
     def run(self, command, seconds=120):
-        """Faults of a command: its status and the end of what it said. Ends all that it started."""
+        """Faults of a command: its status and the end of its output. Ends all processes started by it."""
         with tempfile.TemporaryFile("w+") as said, subprocess.Popen(
                 [*NETWORK, *command], cwd=self.folder, stdout=said, stderr=said, stdin=subprocess.DEVNULL, env=self.environment,
                 start_new_session=True) as process:
@@ -277,7 +277,7 @@ class Page:
             return [] if status == 0 else [f"exit status {status}: {said.read()[-900:].strip()}"]
 
     def sh(self, text):
-        # Whoever types the next command does so after the one before has begun.
+        # A user types the next command after the previous one has started.
         script = re.sub(r"&( *#.*)?$", r"& sleep 2", text, flags=re.M).replace("/tmp/", f"{self.folder}/")
         return self.run(["bash", "-ec", script])
 
@@ -304,7 +304,7 @@ class Page:
     def python(self, blocks, _):
         (self.folder / "told.py").write_text(inspect.getsource(told))
         program = "from told import told;"
-        for line, text in blocks:  # on the page's lines
+        for line, text in blocks:  # at the page's line numbers
             if text.startswith(">>>"):
                 text = "".join(f"said = told(lambda: {example.source.strip()})\nassert said == {example.want.strip()!r}, said\n"
                                for example in doctest.DocTestParser().get_examples(text))
@@ -341,7 +341,7 @@ class Page:
 
 
 def small_scenario(value):
-    """A part of a scenario within a whole one; a whole one as it is."""
+    """A part of a scenario within a complete one; a complete one unchanged."""
     if {"city", "trajectory", "receivers"} <= set(value):
         return value
     scenario = {"city": {"synthetic": {"seed": 7, "blocks_east": 4, "blocks_north": 4}}, "sky": {"nominal": True}, "start": "2026-06-01T08:00:00Z",
@@ -377,7 +377,7 @@ def libraries():
 
 
 def language_of(text):
-    """Of a block that names none."""
+    """The default language of a block."""
     return "python" if text.startswith(">>> ") else "sh" if COMMAND.match(text) else ""
 
 
@@ -426,7 +426,7 @@ def check_page(page, files):
                     found = getattr(reader, language)(content)
                 if NO_MODULE.search("".join(found)):
                     found, done = [], "absent"
-            except Exception as error:  # what cannot be parsed
+            except Exception as error:  # text that cannot be parsed
                 found = [str(error).splitlines()[0]]
             counts[language, "failed" if found else done] += 1
             faults += [f"{shown}:{line}: {fault}" for fault in found]
@@ -456,7 +456,7 @@ def present():
 
 @functools.lru_cache(maxsize=None)
 def network():
-    """A network of its own for each command, where the system allows it: pages use the same ports."""
+    """A separate network for each command, if the system allows it: pages use the same ports."""
     for option in ("-n", "-rn"):  # as root, and as another user
         command = ["unshare", option, "sh", "-c", 'ip link set lo up && exec "$@"', "sh"]
         if shutil.which("unshare") and subprocess.run([*command, "true"], capture_output=True, check=False).returncode == 0:

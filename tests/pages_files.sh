@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The files that readers of the pages have, under the names that pages use: maps, recordings, paths. tests/pages.py starts it.
+# The files of a reader of the pages, with the names used in pages: maps, recordings, paths. Started by tests/pages.py.
 # usage: tests/pages_files.sh CANYON FOLDER
 set -euo pipefail
 canyon=$1 root=$(cd "$(dirname "$0")/.." && pwd)
@@ -8,7 +8,7 @@ cp -rL "$root/examples" .
 ln -s "$root"/{adapters,packaging,profiles,tests} .
 cases=tests/data/cases
 
-# A map of one house, and a drive beside it: the satellites of the day, observations, the truth and a track.
+# A map of one house, and a drive next to it: the satellites of the day, observations, the truth and a track.
 cp tests/data/formats/house.osm.pbf map.osm.pbf
 cp $cases/osm-roof-angle/roof.osm map.osm
 cp map.osm kowloon.osm
@@ -32,7 +32,7 @@ for name in first scenario city synthetic_drive; do cp examples/synthetic_drive.
 printf '%s\n' recordings: '  - {name: house, class: mass market, scenario: drive.yaml, obs: drive.obs, truth: truth.csv}' >recordings.yaml
 "$canyon" profiles ublox-m10 >mine.yaml
 
-# City models: a house of CityGML, one of COLLADA, and a tile of it that stands at 13.4 E, 52.5 N.
+# City models: a house of CityGML, one of COLLADA, and a tile of it at 13.4 E, 52.5 N.
 cp $cases/world-parts-missing/adv.gml 53392642_bldg_6697_op2.gml
 mkdir LoD2_33_tiles hongkong urbannav-tst-20190428
 cp $cases/world-parts-missing/adv.gml LoD2_33_tiles/LoD2_33_390_5820.gml
@@ -47,12 +47,12 @@ cat >tileset.json <<'END'
  "boundingVolume": {"sphere": [0, 0, 10, 200]}, "content": {"uri": "tile.glb"}}}
 END
 
-# A map of errors, and a way over it.
+# A map of errors, and a route over it.
 "$canyon" heatmap examples/synthetic_drive.yaml --out . --spacing 16 --model specular --layers horizontal_error,hdop --quiet
 awk 'BEGIN {print "time,latitude,longitude,height"; for (i = 0; i < 60; ++i)
   printf "2026-06-01T08:00:%02dZ,%.7f,114.1700000,%d\n", i, 22.298 + i * 5e-5, 30}' >route.csv
 
-# Paths as other programs write them, about the middle of the synthetic city.
+# Paths in formats of other programs, around the middle of the synthetic city.
 awk 'BEGIN {OFS = ","; print "stamp [ms],N [rad],E [rad],alt_m" >"motion.csv"; print "timestamp,lat,lon,alt_ellipsoid" >"flight_vehicle_global_position_0.csv"
   for (i = 0; i < 20; ++i) {
     phi = 22.3 * atan2(0, -1) / 180; lambda = (114.169 + i * 7e-5) * atan2(0, -1) / 180; n = 6378137 / sqrt(1 - 0.00669437999 * sin(phi) ^ 2) + 2

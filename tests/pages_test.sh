@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Proves that pages.py finds what it is there to find: a page with false blocks, each named by its line, and with true ones.
+# Tests that pages.py finds faults: a page with false blocks, each named by its line, and with true ones.
 # usage: tests/pages_test.sh CANYON
 set -u
 root=$(cd "$(dirname "$0")/.." && pwd)
@@ -7,7 +7,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 page=$folder/page.md wanted=()
 
-# block WANTED LANGUAGE BEFORE TEXT: a block; WANTED is what its fault says, "" of a true one.
+# block WANTED LANGUAGE BEFORE TEXT: a block; WANTED is the text of its fault, "" for a true one.
 block() {
   printf '%s\n\n```%s\n%s\n```\n\n' "$3" "$2" "$4" >>"$page"
   [ -z "$1" ] || wanted+=("${page##*/}:$(($(wc -l <"$page") - 1 - $(wc -l <<<"$4"))): $1")

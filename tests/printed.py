@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs the commands that pages name in comments, and compares what they print with the page.
+"""Runs the commands in comments of pages, and compares their output with the page.
 
     <!-- prints: COMMAND -->        before a fenced block: the block is what COMMAND prints (stdout)
     | `MESSAGE` <!-- COMMAND --> |  in a table: COMMAND prints MESSAGE (stdout or stderr)
@@ -7,7 +7,7 @@
 A command runs in a shell, in an empty folder with links to the repository's `examples` and `tests`. Numbers may
 differ by one unit of their last printed digit, and "..." stands for anything.
 
-    printed.py [--only TEXT] [--write] PAGE...      --write: puts what is printed now into the blocks
+    printed.py [--only TEXT] [--write] PAGE...      --write: writes the present output to the blocks
 """
 import argparse
 import os
@@ -27,7 +27,7 @@ def output_of(command):
     with tempfile.TemporaryDirectory() as folder:
         for name in ("examples", "tests"):
             (pathlib.Path(folder) / name).symlink_to(ROOT / name)
-        path = f"{pathlib.Path(sys.executable).parent}:{os.environ['PATH']}"  # python3 is this one
+        path = f"{pathlib.Path(sys.executable).parent}:{os.environ['PATH']}"  # python3 is this interpreter
         done = subprocess.run(["bash", "-c", command], cwd=folder, capture_output=True, text=True, timeout=280,
                               env={**os.environ, "PATH": path})
         if done.returncode == 77:

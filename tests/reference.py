@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """The generated pages of docs/reference/.
 
-    reference.py                 checks messages.md; tests of C++ check the other pages
-    reference.py --write BUILD   makes all of them, the other pages by the tests of the build folder BUILD
+    reference.py                 checks messages.md; C++ tests check the other pages
+    reference.py --write BUILD   writes all pages; the tests in the build folder BUILD write the other pages
 """
 import os
 import pathlib
@@ -16,10 +16,10 @@ FILES = [("protobuf", "## Gazebo transport and binary streams", "adapters/common
     for name in ("GnssSatellites", "GnssSatellite", "GnssMultipath", "GnssRawObservations", "GnssRawObservation")]
 HEAD = """# Canyon's messages
 
-*Generated: `tests/reference.py --write BUILD` makes this page from the definitions; a test fails where it is stale.*
+*Generated: `tests/reference.py --write BUILD` writes this page from the definitions; a test fails if it is stale.*
 
-[gz_sim.md](../gz_sim.md), [ros.md](../ros.md) and [ros2.md](../ros2.md) have the topics. Messages of other definitions (NMEA, MAVLink, RTCM, UBX,
-SBF) stand in [outputs.md](../outputs.md).
+[gz_sim.md](../gz_sim.md), [ros.md](../ros.md) and [ros2.md](../ros2.md) list the topics. Messages of other definitions (NMEA, MAVLink, RTCM, UBX,
+SBF) are in [outputs.md](../outputs.md).
 """
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a workspace of ROS 2 reads of Canyon without ROS here: package.xml, and demo.launch.py with stand-ins of launch.
+"""Files that a ROS 2 workspace reads of Canyon, tested without ROS: package.xml, and demo.launch.py with mocks of launch.
 
 usage: tests/ros2_workspace_test.py [unittest's options]
 """
@@ -16,7 +16,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 LAUNCH = ROOT / "adapters" / "ros2" / "launch"
 sys.dont_write_bytecode = True
 
-# rosdep's key of each package that ./run installs for the build (ros/rosdistro, rosdep/base.yaml, 2026-08-22).
+# rosdep's key of each package installed by ./run for the build (ros/rosdistro, rosdep/base.yaml, 2026-08-22).
 KEYS = {"cmake": "cmake", "pkg-config": "pkg-config", "libeigen3-dev": "eigen", "libgeographiclib-dev": "geographiclib",
         "libembree-dev": "embree", "libtbb-dev": "tbb", "libfmt-dev": "fmt", "libyaml-cpp-dev": "yaml-cpp", "libcli11-dev": "cli11",
         "nlohmann-json3-dev": "nlohmann-json-dev", "zlib1g-dev": "zlib", "libcairo2-dev": "libcairo2-dev", "libpng-dev": "libpng-dev",
@@ -24,7 +24,7 @@ KEYS = {"cmake": "cmake", "pkg-config": "pkg-config", "libeigen3-dev": "eigen", 
         "libgeos-dev": "geos", "libgdal-dev": "libgdal-dev", "libnetcdf-dev": "netcdf", "libcurl4-openssl-dev": "libcurl-dev",
         "libtinyxml2-dev": "tinyxml2", "libzmq3-dev": "libzmq3-dev", "libdraco-dev": "libdraco-dev",
         "libopenmpi-dev": "libopenmpi-dev"}
-# Compilers come with ROS's own packages; libosmium2-dev brings protozero.
+# Compilers come with ROS's own packages; libosmium2-dev includes protozero.
 OTHERWISE = {"g++", "ninja-build", "ccache", "libprotozero-dev"}
 
 
@@ -50,7 +50,7 @@ class Package(unittest.TestCase):
 
 
 class Recorded:
-    """An action or a substitution: keeps what it is made of."""
+    """An action or a substitution: stores its arguments."""
 
     def __init__(self, *words, **named):
         self.words, self.named = words, named
@@ -60,7 +60,7 @@ class Recorded:
 
 
 def loaded(file, packages):
-    """The module of a launch file, where these packages are installed."""
+    """The module of a launch file, with these packages installed."""
     names = {"launch": ["LaunchDescription"], "launch.actions": ["DeclareLaunchArgument", "ExecuteProcess", "OpaqueFunction"],
              "launch.substitutions": ["LaunchConfiguration"], "launch_ros": [], "launch_ros.actions": ["Node"]}
     modules = {name: types.ModuleType(name) for name in [*names, "ament_index_python", "ament_index_python.packages"]}
@@ -97,7 +97,7 @@ class Demo(unittest.TestCase):
         self.assertEqual(receiver.named["parameters"][0]["profile"], "ublox-f9p")
 
     def test_draws_metres_of_the_first_fix(self):
-        """An arc of a meridian at 22.3 deg is 110,742 m a degree (WGS 84), of the parallel 103,040 m."""
+        """An arc of a meridian at 22.3 deg is 110,742 m per degree (WGS 84), of the parallel 103,040 m."""
         for name, classes in {"rclpy": [], "geometry_msgs": [], "geometry_msgs.msg": ["PoseStamped", "PoseWithCovarianceStamped"],
                               "nav_msgs": [], "nav_msgs.msg": ["Path"], "sensor_msgs": [], "sensor_msgs.msg": ["NavSatFix"]}.items():
             sys.modules[name] = types.ModuleType(name)

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""examples/ros_gnss_comm.py and examples/ros1_bag.py, between a run of canyon simulate and stand-ins of ROS's messages.
+"""examples/ros_gnss_comm.py and examples/ros1_bag.py, between a run of canyon simulate and mocks of ROS's messages.
 
 usage: tests/ros_examples_test.py CANYON [unittest's options]
 
-Converted values are judged by the RINEX file of the same run, read here, and by orbits computed here from the converted
+Converted values are compared with the RINEX file of the same run, read here, and by orbits computed here from the converted
 ephemerides (IS-GPS-200, 20.3.3.4.3). The bag needs Debian's rosbag.
 """
 import json
@@ -40,7 +40,7 @@ outputs: {ubx: true}
 """
 LIGHT, EARTH_RATE, MU = 299792458.0, 7.2921151467e-5, 3.986005e14
 LEAP_S, WEEK, BEGIN = 18, 2421, 108918.0
-FIRST = {"G": 0, "R": 32, "E": 59, "C": 97}  # numbers of gnss_comm less those of RINEX
+FIRST = {"G": 0, "R": 32, "E": 59, "C": 97}  # numbers of gnss_comm minus those of RINEX
 
 
 class Message(types.SimpleNamespace):
@@ -77,7 +77,7 @@ def simulate(canyon, sky, out):
 
 
 def with_clocks(text):
-    """The navigation file `text` with clocks of its own for all satellites, up to 50 us; nominal ones are exact."""
+    """The navigation file `text` with individual clocks for all satellites, up to 50 us; nominal ones are exact."""
     lines = text.splitlines()
     start = next(k for k, line in enumerate(lines) if "END OF HEADER" in line) + 1
     for k in range(start, len(lines)):
@@ -140,7 +140,7 @@ def near_toe(m, at):
 
 
 def range_to(m, of, at, place):
-    """What a receiver at `place` without errors measures at GPS second `at`, less its clock [m]."""
+    """The measurement of an error-free receiver at `place` at GPS second `at`, without its clock [m]."""
     travel = 0.075
     for _ in range(4):
         (x, y, z), offset = of(m, at - travel)
@@ -159,7 +159,7 @@ def ecef(latitude_deg, longitude_deg, height_m):
 
 
 class Drive(unittest.TestCase):
-    """A drive whose satellites have clocks and whose signals have no errors but noise."""
+    """A drive with satellite clocks and signals without errors except noise."""
 
     @classmethod
     def setUpClass(cls):
@@ -182,7 +182,7 @@ class Drive(unittest.TestCase):
         return [bag.raw_observations(payload, locks, messages()) for payload in bag.ubx_messages(data, b"\x02\x15")]
 
     def ephemerides(self, of):
-        """Converted ephemerides by RINEX name, and the function that gives place and clock of each, in names of ROS 1."""
+        """Converted ephemerides by RINEX name, and the function for position and clock of each, in names of ROS 1."""
         found = {}
         for name, when, numbers in gnss.Navigation(self.run_folder / "sky.nav").nearest(WEEK * 604800 + BEGIN):
             m = of.GnssGloEphemMsg() if name[0] == "R" else of.GnssEphemMsg()
@@ -303,7 +303,7 @@ json.dump({'topics': found, 'md5': {c.datatype: c.md5sum for c in bag._get_conne
 
 
 class Bag(Drive):
-    """The bag as rosbag reads it back."""
+    """The bag as read by rosbag."""
 
     def setUp(self):
         pythons = [each for each in (sys.executable, "/usr/bin/python3") if pathlib.Path(each).is_file() and subprocess.run(
@@ -321,7 +321,7 @@ class Bag(Drive):
         self.assertEqual(said.returncode, 0, said.stderr)
         read = json.loads(subprocess.run([self.python, "-c", READ, str(path)], check=True, capture_output=True, text=True).stdout)
         topics, begin = read["topics"], 315964800 - LEAP_S + WEEK * 604800
-        # Of the message files as they are: made by gencpp of ROS 1.
+        # MD5 sums of the unchanged message files, made by gencpp of ROS 1.
         self.assertEqual(read["md5"]["canyon_msgs/GnssRawObservations"], "dbc74a961b8e646597d9dcc41223c0db")
         imu = list(bag.rows(self.run_folder / "imu.csv"))
         self.assertEqual(len(topics["/imu"]), len(imu))

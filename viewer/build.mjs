@@ -1,4 +1,4 @@
-// Builds the viewer into one HTML file, dist/viewer.html: script and styles stand in it, nothing is loaded.
+// Builds the viewer into one HTML file, dist/viewer.html: with script and styles inside, nothing is loaded.
 import { build } from 'esbuild';
 import { createHash } from 'node:crypto';
 import { mkdir, readFile, writeFile } from 'node:fs/promises';
@@ -19,10 +19,10 @@ const bundle = await build({
   loader: { '.css': 'css' },
 });
 const text = (ending) => bundle.outputFiles.find((file) => file.path.endsWith(ending)).text;
-// Within a <script> no "</script" may stand; as a string it reads the same.
+// A <script> must not contain "</script"; the escaped string is equivalent.
 const script = text('.js').replaceAll('</script', '<\\/script');
 const html = (await readFile(join(here, 'src/index.html'), 'utf8'))
-  // No other script runs, whatever stands in the data.
+  // No other script runs, for any data.
   .replace('<!--canyon:hash-->', () => createHash('sha256').update(script).digest('base64'))
   .replace('<!--canyon:style-->', () => `<style>${text('.css')}</style>`)
   .replace('<!--canyon:script-->', () => `<script>${script}</script>`);

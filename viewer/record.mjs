@@ -1,4 +1,4 @@
-// Frames of a view, in a headless Chromium: what `canyon view --record` runs. One argument, JSON:
+// Frames of a view, in a headless Chromium: run by `canyon view --record`. One argument, JSON:
 //   page    an exported page
 //   folder  takes the frames, 00000.png and so on
 //   webp    an animated WebP is written there instead
@@ -18,7 +18,7 @@ const executablePath = [process.env.CANYON_CHROMIUM, '/usr/bin/chromium', '/usr/
 if (!executablePath) fail('no Chromium here (Debian: chromium; CANYON_CHROMIUM names another)');
 const { chromium } = await import('playwright-core').catch(() => fail('the viewer is not installed: ./run view'));
 
-/** Chunks of an image file that Chromium wrote: [name, bytes]. */
+/** Chunks of an image file written by Chromium: [name, bytes]. */
 function riffChunks(bytes) {
   const chunks = [];
   for (let at = 12; at + 8 <= bytes.length;) {
@@ -36,7 +36,7 @@ function riffChunk(name, bytes) {
   return Buffer.concat([head, bytes, Buffer.alloc(bytes.length & 1)]);
 }
 
-/** Animated WebP of still ones (WebP container specification: VP8X, ANIM, an ANMF for each frame), played for ever. */
+/** Animated WebP of still ones (WebP container specification: VP8X, ANIM, an ANMF for each frame), played in a loop. */
 function animatedWebp(frames, width, height, ms) {
   const vp8x = Buffer.alloc(10);
   vp8x[0] = 0x02;  // animation
@@ -48,7 +48,7 @@ function animatedWebp(frames, width, height, ms) {
     head.writeUIntLE(width - 1, 6, 3);
     head.writeUIntLE(height - 1, 9, 3);
     head.writeUIntLE(ms * times, 12, 3);
-    head[15] = 0x02;  // a frame covers the one before
+    head[15] = 0x02;  // a frame covers the previous one
     const image = riffChunks(bytes).filter(([name]) => ['VP8 ', 'VP8L', 'ALPH'].includes(name)).map(([name, data]) => riffChunk(name, data));
     parts.push(riffChunk('ANMF', Buffer.concat([head, ...image])));
   }

@@ -1,4 +1,4 @@
-// Builds Canyon in one page, dist/web.html: node web.mjs MODULE_FOLDER (what adapters/web/CMakeLists.txt made).
+// Builds Canyon in one page, dist/web.html: node web.mjs MODULE_FOLDER (built by adapters/web/CMakeLists.txt).
 import { build } from 'esbuild';
 import { createHash } from 'node:crypto';
 import { readFile, writeFile } from 'node:fs/promises';

@@ -15,7 +15,7 @@ using testing::HasSubstr;
 using testing::StartsWith;
 using Kind = live::OptionsRequest::Kind;
 
-// A host's thread that serves its desk, and calls from another one.
+// A host's thread that serves its desk, and calls from another thread.
 TEST(FaultServices, ChangeAReceiverWhereThatIsAllowed) {
   const auto config = simulation::parse_live_config(
       "{sky: {nominal: true, systems: [GPS]}, start: 2026-06-01T08:00:00Z, profile: ideal}", "test");
@@ -52,7 +52,7 @@ TEST(FaultServices, ChangeAReceiverWhereThatIsAllowed) {
   host.join();
   EXPECT_EQ(car.faults().size(), 1U);
   EXPECT_TRUE(other.faults().empty());
-  // Nobody serves any longer.
+  // The desk is no longer served.
   desk->close();
   EXPECT_FALSE(open.call(Kind::EndFault, "dark").success);
 }

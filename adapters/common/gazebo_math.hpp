@@ -6,8 +6,8 @@
 
 namespace canyon::adapters {
 
-/// The engine's type of a Pose3d, Quaterniond, Vector3d or Vector2d of Gazebo's mathematics, whose namespace
-/// is ignition::math or gz::math. A pose's quaternion is normalised; one that is not finite stays so.
+/// Converts Pose3d, Quaterniond, Vector3d or Vector2d of Gazebo's mathematics (namespace ignition::math or
+/// gz::math) to the engine's types. Normalises a pose's quaternion; non-finite values stay non-finite.
 template <class T>
 [[nodiscard]] auto eigen(const T& t) {
   if constexpr (requires { t.Rot(); }) {

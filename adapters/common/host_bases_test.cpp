@@ -47,7 +47,7 @@ class Field {
     bases.add(*receiver, vehicle);
     return *receiver;
   }
-  /// Five epochs a second; nobody moves.
+  /// Five epochs per second without motion.
   void run(double seconds) {
     for (int i = 0; i < static_cast<int>(std::lround(seconds * 5)); ++i, now_ns += 200'000'000) {
       std::vector<live::HostedReceiver*> due;
@@ -75,8 +75,7 @@ FixKind kind_of(const live::HostedReceiver& receiver) {
   return receiver.step()->epoch.observed.fix.kind();
 }
 
-// The rover is added first and its base stands 300 m away: its corrections are of the same instant all the
-// same.
+// The rover is added first and its base is 300 m away: its corrections are still of the same instant.
 TEST(HostBases, AStationElsewhereInTheWorldMakesFixedPositions) {
   Field field;
   live::HostedReceiver& rover = field.add("rover", 1, {0, 0, 2}, "rtk: true, corrections: {from: tower}");
@@ -113,7 +112,7 @@ TEST(HostBases, ABaseOnTheSameVehicleGivesItsHeading) {
   // From the base to the receiver: to the south-west.
   EXPECT_NEAR(*output::heading_deg(fix, 3), 225, 1.5);
   EXPECT_NEAR(fix.baseline->length_m(), std::sqrt(2.0), 0.05);
-  EXPECT_NE(kind_of(rear), FixKind::Fixed);  // its position is its own
+  EXPECT_NE(kind_of(rear), FixKind::Fixed);  // its position is computed without corrections
 }
 
 TEST(HostBases, WaitsForABaseThatComesLaterAndGoes) {
@@ -121,7 +120,8 @@ TEST(HostBases, WaitsForABaseThatComesLaterAndGoes) {
   live::HostedReceiver& rover = field.add("rover", 1, {0, 0, 2}, "rtk: true, corrections: {from: tower}");
   field.run(2);
   ASSERT_EQ(field.lines.size(), 1U);
-  EXPECT_THAT(field.lines.front(), HasSubstr("there is no receiver 'tower' in this world yet"));
+  EXPECT_THAT(field.lines.front(),
+              HasSubstr("corrections of receiver 'tower', which is not in this world yet"));
   EXPECT_EQ(kind_of(rover), FixKind::Single);
   live::HostedReceiver& tower = field.add("tower", 2, {300, 0, 20});
   field.run(60);

@@ -26,11 +26,11 @@ void add_remapping(const Visitor& v, std::string_view key, std::string_view from
   for (const std::string_view name : {from, to}) {
     const std::size_t home = name.starts_with("~/") ? 2 : name.starts_with('~') ? 1 : 0;
     if (!is_ros_name(name.substr(home)))
-      throw v.fault(key, fmt::format("'{}' is not a name of ROS", name), kRosNameCure);
+      throw v.fault(key, fmt::format("'{}' is not a valid ROS name", name), kRosNameCure);
   }
   for (const auto& other : settings.remappings) {
     if (other.first != from) continue;
-    throw v.fault(key, fmt::format("'{}' has a name already, '{}'", from, other.second), "keep one");
+    throw v.fault(key, fmt::format("'{}' is already mapped to '{}'", from, other.second), "keep one");
   }
   settings.remappings.emplace_back(from, to);
 }
@@ -39,7 +39,7 @@ void visit_ros(Visitor& v, HostSettings& settings) {
   static constexpr std::string_view kScans[]{"sensor_msgs/LaserScan"};
   std::string scan;
   std::string scan_topic;
-  v.word({"output_type", "", "publish the rays' ranges, direct and mirror ray of each satellite in turn",
+  v.word({"output_type", "", "publish the rays' ranges: direct and mirror ray of each satellite, alternating",
           "no scan"},
          scan, kScans);
   v.section("ros", [&] {
@@ -47,7 +47,7 @@ void visit_ros(Visitor& v, HostSettings& settings) {
     v.text({"namespace", "", "of all ROS topics", "the model's name"}, space);
     if (v.has("namespace") && space != "/" &&
         !is_ros_name(std::string_view(space).substr(0, space.size() - (space.back() == '/' ? 1 : 0)))) {
-      throw v.fault("namespace", fmt::format("'{}' is not a namespace of ROS", space), kRosNameCure);
+      throw v.fault("namespace", fmt::format("'{}' is not a valid ROS namespace", space), kRosNameCure);
     }
     std::vector<std::string> remappings;
     v.texts({"remapping", "", "FROM:=TO, one element each; '~/out' is the scan"}, remappings);
@@ -73,7 +73,7 @@ void visit_origin(Visitor& v, std::optional<geodesy::Geodetic>& origin) {
   std::optional<double> latitude_deg;
   std::optional<double> longitude_deg;
   double height_m = 0;
-  // An origin without a height lies on the ellipsoid.
+  // An origin without a height is on the ellipsoid.
   for (const char* key : {"origin_latitude", "origin_longitude", "origin_altitude"}) {
     if (!v.has(key) || (v.has("origin_latitude") && v.has("origin_longitude"))) continue;
     throw v.fault(key, "is given without latitude or longitude",
@@ -91,7 +91,7 @@ void visit_outputs(Visitor& v, HostSettings& settings) {
   live::visit_word(
       v,
       {"pose_topic", "",
-       "poses of the antenna, less lever_arm, from outside (the sensor's own pose is not added): "
+       "external poses of the antenna, without lever_arm (the sensor's own pose is not added): "
        "geometry_msgs/PoseStamped on ROS, gazebo.msgs.PoseStamped on Gazebo transport, in the world's "
        "frame",
        "Gazebo's own truth"},
@@ -100,25 +100,24 @@ void visit_outputs(Visitor& v, HostSettings& settings) {
     v.boolean({"gazebo", "", "canyon.msgs.GnssReceiver on Gazebo transport"}, settings.publish_gazebo);
     v.boolean({"navsat", "", "gz.msgs.NavSat on the sensor's topic; Gazebo Sim's system only"},
               settings.publish_navsat);
-    v.boolean({"ros", "", "ROS topics, where the plugin is built with ROS"}, settings.publish_ros);
+    v.boolean({"ros", "", "ROS topics, if the plugin is built with ROS"}, settings.publish_ros);
     v.boolean({"px4", "", "sensor_msgs.msgs.SITLGps on Gazebo transport, for PX4's bridge",
                "false; true with elements of PX4's gps plugin"},
               settings.publish_px4);
     v.integer({"nmea_port", "", "TCP port of 127.0.0.1 that serves NMEA 0183; 0: none"}, settings.nmea_port,
               0, 65535);
   });
-  live::visit_word(v,
-                   {"topic", "", "last part of PX4's topic ~/MODEL/link/TOPIC",
-                    "the name of the model right above the link"},
-                   settings.px4_topic);
+  live::visit_word(
+      v, {"topic", "", "last part of PX4's topic ~/MODEL/link/TOPIC", "the name of the link's parent model"},
+      settings.px4_topic);
   v.section("visuals", [&] {
     v.boolean({"rays", "", "a ray to each satellite in the world, coloured by visibility"},
               settings.show_rays);
-    v.boolean({"bubble", "", "a translucent sphere about the vehicle that shows the error of its fix"},
+    v.boolean({"bubble", "", "a translucent sphere around the vehicle that shows the error of its fix"},
               settings.show_bubble);
-    v.number({"bubble_scale", "m/m", "metres of its radius for a metre of error"}, settings.bubble_scale,
+    v.number({"bubble_scale", "m/m", "metres of its radius per metre of error"}, settings.bubble_scale,
              {1e-3, 1e3});
-    v.number({"ray_length_m", "m", "length of rays that meet nothing"}, settings.ray_length_m, {0.1, 1e5});
+    v.number({"ray_length_m", "m", "length of rays without a hit"}, settings.ray_length_m, {0.1, 1e5});
   });
 }
 
@@ -138,15 +137,14 @@ void visit(Visitor& v, HostSettings& settings) {
        "embree: the engine's own rays; physics: those of Gazebo's physics engine, for the mirror model only",
        "embree; physics on a ray sensor with satAzimuth"},
       settings.ray_engine, kEngines);
-  v.text({"link", "", "libGNSSMultipathModelPlugin.so only: the link that carries the antenna",
-          "the model's first"},
+  v.text({"link", "", "libGNSSMultipathModelPlugin.so only: the link with the antenna", "the model's first"},
          settings.link);
   v.choice({"serve", "",
             "Gazebo Sim's system only: the navsat sensors that have a <canyon> element, or all of them"},
            settings.serve_all, kServed);
-  v.choice({"geometry", "", "what embree rays meet"}, settings.visual_geometry, kGeometries);
+  v.choice({"geometry", "", "geometry hit by embree rays"}, settings.visual_geometry, kGeometries);
   v.part("facades", settings.facades);
-  v.boolean({"vehicle_blocks", "", "rays meet the receiver's own model"}, settings.vehicle_blocks);
+  v.boolean({"vehicle_blocks", "", "the receiver's own model blocks rays"}, settings.vehicle_blocks);
   visit_outputs(v, settings);
   visit(v, settings.live);
   if (v.reads()) settings.named = v.has("name");
@@ -166,7 +164,7 @@ live::WorldFrame world_frame(const std::optional<live::HostOrigin>& host, const 
                                                    : geodesy::Geodetic{};
   if (!settings.origin && origin.latitude_rad == 0 && origin.longitude_rad == 0) {
     warnings.emplace_back(
-        "the world is at latitude 0, longitude 0; give it spherical_coordinates, or the receiver "
+        "the world is at latitude 0, longitude 0; add spherical_coordinates, or to the receiver "
         "origin_latitude, origin_longitude and origin_altitude");
   }
   frame.enu = geodesy::LocalFrame(origin);
@@ -198,7 +196,7 @@ live::HostSetup setup_of(const HostSettings& settings, const ReceiverIdentity& i
                          double sensor_rate_hz, live::Say say) {
   live::HostSetup setup;
   setup.options = settings;
-  // Receivers of one seed have noise of their own by their names.
+  // Receivers with the same seed have independent noise by their names.
   if (!settings.named) {
     setup.options.live.receiver().options.name =
         fmt::format("{}/{}/{}", identity.link, identity.sensor, identity.plugin);

@@ -16,7 +16,7 @@ namespace canyon::adapters {
 
 enum class RayEngine : std::uint8_t { Physics, Embree };
 
-/// The settings of one receiver in a simulator's world: those of every host and what simulators add:
+/// The settings of one receiver in a simulator's world: those of all hosts and those of simulators:
 /// ros/namespace, ros/remapping "from:=to", ros/changes, output_type sensor_msgs/LaserScan as RosSettings,
 /// visuals/rays, bubble, bubble_scale, ray_length_m as VisualSettings, and the fields
 /// below. docs/sdf.md has the table.
@@ -28,48 +28,47 @@ struct HostSettings : live::HostOptions, RosSettings, VisualSettings {
   RayEngine ray_engine = RayEngine::Embree;  ///< ray_engine: physics or embree
   bool visual_geometry = false;              ///< geometry: collision or visual
   city::FacadeOptions facades;               ///< facades, as a scenario's city.facades
-  bool vehicle_blocks = false;               ///< vehicle_blocks: rays meet the receiver's own model
-  std::string link;                          ///< link; the plugin of a model reads it for itself
+  bool vehicle_blocks = false;               ///< vehicle_blocks: the receiver's own model blocks rays
+  std::string link;                          ///< link; a model's plugin reads it itself
   bool serve_all = false;                    ///< serve: marked or all
 
-  std::string pose_topic;  ///< pose_topic: truth from outside instead of the host's
+  std::string pose_topic;  ///< pose_topic: external truth instead of the host's
 
   bool publish_gazebo = true;  ///< publishers/gazebo
   bool publish_navsat = true;  ///< publishers/navsat
   bool publish_ros = true;     ///< publishers/ros
-  bool publish_px4 = false;    ///< publishers/px4; on where elements of PX4's own gps plugin stand
-  std::string px4_topic;       ///< topic; empty: the name of the model right above the link
+  bool publish_px4 = false;    ///< publishers/px4; on if there are elements of PX4's own gps plugin
+  std::string px4_topic;       ///< topic; empty: the name of the link's parent model
   int nmea_port = 0;           ///< publishers/nmea_port; 0: none
 
-  /// The reader's warnings, one line each: settings without effect, and what to use instead.
+  /// The reader's warnings, one line each: settings without effect and their replacements.
   std::vector<std::string> warnings;
 };
 
-/// Visits its fields, for options::read(). Throws InputError where the physics engine is asked for with the
+/// Visits its fields, for options::read(). Throws InputError if the physics engine is asked for with the
 /// specular model.
 void visit(options::Visitor& v, HostSettings& settings);
 
-/// `settings.origin` first, then the host's; at latitude 0, longitude 0 with a line in `warnings` where it is
-/// the host's.
+/// `settings.origin` first, then the host's; if the host has none, latitude 0, longitude 0 and a line in
+/// `warnings`.
 [[nodiscard]] live::WorldFrame world_frame(const std::optional<live::HostOrigin>& host,
                                            const HostSettings& settings, std::vector<std::string>& warnings);
 
-/// The scene that a receiver of these settings sees of the world of this name.
+/// The scene of the world with this name for a receiver with these settings.
 [[nodiscard]] live::WorldScene::Options scene_options(const std::string& world, const HostSettings& settings,
                                                       const live::WorldFrame& frame);
 
-/// GPS time of a world's time 0 where nobody says it: the machine's when its first receiver was loaded, the
-/// same for all. `world`: any address that stands for the world of this name; `sim_time_ns` is its time now.
+/// GPS time of a world's time 0 if not configured: the machine's time when the first receiver was loaded, the
+/// same for all receivers. `world`: any address that identifies the world; `sim_time_ns`: its present time.
 [[nodiscard]] geodesy::GpsTime start_of_world(const void* world, const std::string& name,
                                               std::int64_t sim_time_ns);
 
-/// A simulator's receiver, which goes by its place_name(). @param sensor_rate_hz of the sensor that carries
-/// it; 0: none
+/// A simulator's receiver, named by place_name(). @param sensor_rate_hz of its sensor; 0: none
 [[nodiscard]] live::HostSetup setup_of(const HostSettings& settings, const ReceiverIdentity& identity,
                                        const live::WorldFrame& frame, geodesy::GpsTime start_of_world,
                                        double sensor_rate_hz, live::Say say);
 
-/// Answers services of ROS for a simulator's receiver, which `desk` knows by this name, if settings allow
+/// Handles ROS services of a simulator's receiver, registered in `desk` by this name, if settings allow
 /// changes.
 [[nodiscard]] live::FaultAnswerer hosted_faults(std::shared_ptr<live::OptionsDesk> desk,
                                                 const std::string& receiver, const RosSettings& settings);

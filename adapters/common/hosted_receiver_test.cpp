@@ -1,4 +1,4 @@
-// A whole host without SDF: settings in YAML, a world of two boxes, a clock and a car.
+// A complete host without SDF: settings in YAML, a world of two boxes, a clock and a car.
 #include "adapters/common/host_settings.hpp"
 
 #include <gmock/gmock.h>
@@ -123,7 +123,7 @@ class Host {
   std::optional<live::HostedReceiver> receiver;
 };
 
-// Options that all hosts have go by one name; older names stay.
+// Options common to all hosts have one name; older names are still accepted.
 TEST(HostSettings, OptionsOfAllHostsHaveOneName) {
   const HostSettings settings =
       settings_of(street_settings("frame_id: gnss, streams: \"nmea=file:a.nmea\", pose: {timeout_s: 2}"));
@@ -267,7 +267,7 @@ TEST(HostedReceiver, NamesItsModelWhereAFileIsWrong) {
   }
 }
 
-// The sky is everybody's: what it lacks is said once in a world.
+// The sky is shared: its deficiencies are reported once per world.
 TEST(HostedReceiver, ReceiversOfAWorldSayTheSkysWarningsOnce) {
   const test::TemporaryFolder folder;
   std::ofstream(folder / "damaged.nav") << test::kRinex3Header + test::kG05 + test::kE11 + damaged();
@@ -325,7 +325,7 @@ TEST(HostedReceiver, ItsSettingsChooseTheScene) {
   EXPECT_FALSE(plain == first);
 }
 
-// A driver on the line gets its answers between two epochs, and its commands reach the receiver.
+// A driver on the line gets its responses between two epochs, and its commands reach the receiver.
 TEST(HostedReceiver, ServesADriverBetweenEpochs) {
   const int port = test::free_port();
   Host host("streams: \"ubx=tcp://127.0.0.1:" + std::to_string(port) + "\"");

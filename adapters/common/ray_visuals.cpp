@@ -16,7 +16,7 @@ namespace {
 using Eigen::Vector3d;
 using propagation::Visibility;
 
-// Radii are in proportion to a ray's length, so that distant rays stay visible.
+// Radii are proportional to a ray's length, so that distant rays stay visible.
 constexpr double kLineRadius = 8e-4, kThinLineRadius = 4e-4, kReflectionRadius = 4e-3,
                  kSatelliteRadius = 2.4e-2;
 constexpr double kLineAlpha = 0.9, kThinLineAlpha = 0.45, kFaintLineAlpha = 0.25, kBubbleAlpha = 0.4;
@@ -33,8 +33,8 @@ class RayDrawing {
         sine_(std::sin(report.world_yaw_from_enu_rad)),
         length_(ray_length) {}
 
-  /// @param visibility as the receiver finds it: paths too weak for it are not drawn
-  /// @param range of the direct ray [m], infinite where it is not known
+  /// @param visibility for the receiver: paths too weak for it are not drawn
+  /// @param range of the direct ray [m], infinite if unknown
   void add(const propagation::SatelliteView& view, Visibility visibility, double range) {
     satellite_ = to_string(view.line.id);
     const drawing::Colour colour = drawing::colour_of(visibility);
@@ -49,17 +49,17 @@ class RayDrawing {
            colour.with_alpha(kThinLineAlpha));
       return;
     }
-    const bool tracked = visibility == Visibility::NLOS;  // the reflected signal, and not the direct one
+    const bool tracked = visibility == Visibility::NLOS;  // the reflected signal, not the direct one
     std::size_t drawn = 0;
     for (const propagation::Path& path : view.paths.paths) {
       if (path.kind == propagation::PathKind::Direct) continue;
-      // The wave of an edge beside a clear path runs beside it.
+      // A diffracted wave at the edge of a clear path is almost parallel to the path.
       if (path.kind == propagation::PathKind::Diffracted && !tracked) continue;
       if (drawn == kMaxDrawnPaths) break;
       const std::string name = "path" + std::to_string(drawn++);
       const Vector3d point = world(path.point);
       if (path.kind == propagation::PathKind::Diffuse) {
-        // One of many ways: faint, and without a mark of its own.
+        // One of many paths: faint, without its own mark.
         line(name + ".in", antenna_, point, kThinLineRadius, colour.with_alpha(kFaintLineAlpha));
         line(name + ".out", point, point + length_ * towards, kThinLineRadius,
              colour.with_alpha(kFaintLineAlpha));
@@ -82,14 +82,14 @@ class RayDrawing {
   [[nodiscard]] std::vector<VisualShape> take() { return std::move(shapes_); }
 
  private:
-  /// World and ENU differ by a rotation about the vertical and share their origin.
+  /// World and ENU differ by a rotation about the vertical and have the same origin.
   [[nodiscard]] Vector3d world(const Vector3d& enu) const {
     return {cosine_ * enu.x() - sine_ * enu.y(), sine_ * enu.x() + cosine_ * enu.y(), enu.z()};
   }
   void line(const std::string& name, const Vector3d& from, const Vector3d& to, double radius,
             drawing::Colour colour) {
     const double length = (to - from).norm();
-    if (!std::isfinite(length) || length <= 0) return;  // an antenna that touches a wall
+    if (!std::isfinite(length) || length <= 0) return;  // an antenna touching a wall
     VisualShape shape;
     shape.name = satellite_ + "." + name;
     shape.kind = VisualShape::Kind::Cylinder;
@@ -138,7 +138,7 @@ std::vector<VisualShape> ray_shapes(const live::ReceiverReport& report, double r
   std::map<gnss::SatelliteId, Visibility> above_mask;
   for (const receiver::SatelliteObservation& s : report.step->epoch.observed.satellites)
     if (s.above_mask) above_mask[s.id] = s.visibility;
-  // Direct and mirror ray of each satellite in turn.
+  // Direct and mirror ray of each satellite, alternating.
   const bool has_ranges = report.scan_ranges_m.size() == 2 * views.size();
   RayDrawing drawing(report, ray_length_m);
   for (std::size_t i = 0; i < views.size(); ++i) {

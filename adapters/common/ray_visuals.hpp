@@ -19,58 +19,57 @@ namespace canyon::adapters {
 struct VisualShape {
   enum class Kind { Cylinder, Sphere };
 
-  std::string name;  ///< unique among the shapes of a receiver, and the same from update to update
+  std::string name;  ///< unique among the shapes of a receiver, constant from update to update
   Kind kind = Kind::Sphere;
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< a cylinder's: unit
   double length = 0;                                ///< a cylinder's: > 0
   double radius = 0;                                ///< > 0
   drawing::Colour colour;                           ///< alpha 1 is opaque
-  bool lit = false;  ///< shaded by the scene's lights; otherwise the colour is seen as it is
+  bool lit = false;  ///< shaded by the scene's lights; otherwise the colour is unshaded
 
-  /// Places that differ by 1e-6 m or less count as one.
+  /// Positions that differ by at most 1e-6 m count as equal.
   friend bool operator==(const VisualShape& a, const VisualShape& b);
 };
-[[nodiscard]] bool same_look(const VisualShape& a, const VisualShape& b);  ///< but for place and size
+[[nodiscard]] bool same_look(const VisualShape& a, const VisualShape& b);  ///< except position and size
 
-/// The shapes that a user wants.
+/// The shapes to draw.
 struct VisualSettings {
   bool show_rays = false;     ///< to each satellite: ray_shapes()
-  bool show_bubble = false;   ///< about the antenna: bubble_shapes()
+  bool show_bubble = false;   ///< around the antenna: bubble_shapes()
   double bubble_scale = 1;    ///< metres of radius for a metre of error; > 0
-  double ray_length_m = 100;  ///< length of rays that meet nothing; > 0
+  double ray_length_m = 100;  ///< length of rays without a hit; > 0
 };
 
-/// Paths of one satellite that are drawn at most: the shortest.
+/// Maximum number of drawn paths of one satellite: the shortest.
 inline constexpr std::size_t kMaxDrawnPaths = 3;
 /// Horizontal error [m] at the end of the bubble's colour scale.
 inline constexpr double kBubbleWorst_m = 20;
-/// Radii [m] between which a bubble keeps, and the radius of one without fix.
+/// Minimum and maximum radius of a bubble [m], and its radius without a fix.
 inline constexpr double kBubbleSmallest_m = 1, kBubbleLargest_m = 30, kBubbleNoFix_m = 2;
 
-/// Rays of the satellites above the receiver's elevation mask, in the colours that visibilities have in all
-/// of Canyon's pictures (drawing::colour_of), named by satellite ("G05.direct", "G05.path0.point"):
+/// Rays of the satellites above the receiver's elevation mask, in the colours of visibilities in all of
+/// Canyon's pictures (drawing::colour_of), named by satellite ("G05.direct", "G05.path0.point"):
 ///  - LOS: a line from the antenna towards the satellite, with a ball at its end
-///  - LOS+multipath: the same, and thinner lines by way of the reflection points
-///  - NLOS: lines antenna - reflection point or edge - towards the satellite, with a ball at that point; what
-///  a facade scatters thin and faint, without a ball
-///  - blocked: a thin faint line towards the satellite, which ends at what it hits where the report has
-///  ranges
-/// Nothing where the report has no epoch. `ray_length_m` > 0: length of lines that meet nothing; radii are in
-/// proportion.
+///  - LOS+multipath: the same, and thinner lines through the reflection points
+///  - NLOS: lines antenna - reflection point or edge - towards the satellite, with a ball at that point;
+///  scattered paths are thin and faint, without a ball
+///  - blocked: a thin faint line towards the satellite, which ends at the hit if the report has ranges
+/// Empty if the report has no epoch. `ray_length_m` > 0: length of lines without a hit; radii are
+/// proportional.
 [[nodiscard]] std::vector<VisualShape> ray_shapes(const live::ReceiverReport& report, double ray_length_m);
 
-/// The paper's translucent bubble about the antenna: its radius is `scale` (> 0) times the horizontal error,
-/// kept between kBubbleSmallest_m and kBubbleLargest_m; its colour goes by drawing::viridis (as in Canyon's
-/// picture of a drive) from dark at no error to yellow at kBubbleWorst_m and above. Without a fix it is grey,
-/// of radius kBubbleNoFix_m. Nothing (an empty vector) where the report has no epoch.
+/// The paper's translucent bubble around the antenna: its radius is `scale` (> 0) times the horizontal error,
+/// clamped to kBubbleSmallest_m and kBubbleLargest_m; its colour is drawing::viridis (as in Canyon's picture
+/// of a drive), from dark without error to yellow at kBubbleWorst_m and above. Without a fix it is grey, with
+/// radius kBubbleNoFix_m. Empty if the report has no epoch.
 [[nodiscard]] std::vector<VisualShape> bubble_shapes(const live::ReceiverReport& report, double scale);
 
-/// All that is asked for: rays, then the bubble.
+/// All requested shapes: rays, then the bubble.
 [[nodiscard]] std::vector<VisualShape> visual_shapes(const live::ReceiverReport& report,
                                                      const VisualSettings& settings);
 
-/// The look of a shape, in a Material message of Gazebo's: what is not lit shines by itself.
+/// The look of a shape, in a Gazebo Material message: shapes that are not lit are emissive.
 template <typename Material>
 void set_material(Material& material, const VisualShape& shape) {
   const auto set = [&shape](auto* to, double strength) {
@@ -86,24 +85,24 @@ void set_material(Material& material, const VisualShape& shape) {
   material.set_lighting(true);
 }
 
-/// Remembers the shapes that were sent to clients, and finds the new ones.
+/// Stores the shapes sent to clients, and finds the new ones.
 class VisualLedger {
  public:
   struct Change {
     std::string name;
     std::uint32_t id = 0;
     bool visible = true;  ///< false: only `name` and `id` count
-    bool whole = true;    ///< false: it was sent before with this colour; only place and size are new
+    bool whole = true;    ///< false: already sent with this colour; only position and size are new
     VisualShape shape;
   };
 
-  /// `next_id` gives every shape, when it is first seen, a number unique in its world.
+  /// `next_id` returns a number unique in the world for each new shape.
   explicit VisualLedger(std::function<std::uint32_t()> next_id) : next_id_(std::move(next_id)) {}
 
   /// Replaces the visible shapes. Returns those to send: new, changed or visible again
   /// (`everything`: all of them, whole), and those that are no longer there.
   [[nodiscard]] std::vector<Change> update(const std::vector<VisualShape>& shapes, bool everything);
-  /// All shapes ever sent, hidden ones too; from now on nothing was sent.
+  /// Returns all shapes ever sent, including hidden ones, and resets to nothing sent.
   [[nodiscard]] std::vector<std::string> clear();
 
  private:
@@ -121,7 +120,7 @@ class VisualLedger {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// Lets one call through in every interval of a clock that others read.
+/// Allows one call in every interval of a clock read by the caller.
 class RateLimit {
  public:
   explicit RateLimit(double interval_s) : interval_s_(interval_s) {}
@@ -132,7 +131,7 @@ class RateLimit {
     last_s_ = now_s;
     return true;
   }
-  /// The next call goes through.
+  /// Allows the next call.
   void reset() { armed_ = false; }
 
  private:

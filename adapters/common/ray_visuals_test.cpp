@@ -51,14 +51,15 @@ TEST(RayShapes, WhatTheReceiverCannotTrackIsNotDrawn) {
   Sky sky(Vector3d{0, 0, 2});
   sky.add(5, 20, 50, Visibility::NLOS, {{10, 0, 4}});
   EXPECT_EQ(by_name(ray_shapes(sky.report, 80)).count("G05.path0.point"), 1U);
-  sky.step.epoch.observed.satellites[0].visibility = Visibility::Blocked;  // its paths arrive, too weak
+  sky.step.epoch.observed.satellites[0].visibility =
+      Visibility::Blocked;  // its paths arrive but are too weak
   const auto shapes = by_name(ray_shapes(sky.report, 80));
   ASSERT_EQ(shapes.size(), 1U);
   expect_colour(shapes.at("G05.direct"), drawing::colour_of(Visibility::Blocked));
 }
 
 TEST(RayShapes, PointToTheSatelliteInATurnedWorld) {
-  // Azimuth 20 deg is yaw 70 deg in ENU; the world's x axis lies 30 deg counter-clockwise from east, so that
+  // Azimuth 20 deg is yaw 70 deg in ENU; the world's x axis is 30 deg counter-clockwise from east, so that
   // it is yaw 40 deg there.
   Sky sky(Vector3d{5, -7, 2});
   sky.report.world_yaw_from_enu_rad = -30 * kDeg;
@@ -76,7 +77,7 @@ TEST(RayShapes, PointToTheSatelliteInATurnedWorld) {
 }
 
 TEST(RayShapes, GoByWayOfTheReflectionPoint) {
-  // ENU point (3, 4, 6) turned by +90 deg about the vertical is (-4, 3, 6).
+  // ENU point (3, 4, 6) rotated by +90 deg about the vertical is (-4, 3, 6).
   Sky sky(Vector3d{1, 2, 3});
   sky.report.world_yaw_from_enu_rad = 90 * kDeg;
   sky.add(7, 90, 30, Visibility::NLOS, {{3, 4, 6}});
@@ -87,7 +88,7 @@ TEST(RayShapes, GoByWayOfTheReflectionPoint) {
   expect_near(shapes.at("G07.path0.point").centre, {-4, 3, 6});
   EXPECT_EQ(shapes.at("G07.path0.point").kind, VisualShape::Kind::Sphere);
   expect_near(begin_of(shapes.at("G07.path0.out")), {-4, 3, 6});
-  // East turned by +90 deg is north: y.
+  // East rotated by +90 deg is north: y.
   expect_near(end_of(shapes.at("G07.path0.out")),
               {-4, 3 + 50 * std::cos(30 * kDeg), 6 + 50 * std::sin(30 * kDeg)});
 }
@@ -141,7 +142,7 @@ TEST(RayShapes, BendAtEdgesAndAreFaintWhereScattered) {
   auto& views = sky.step.arrival.views;
   views[0].paths.paths[0].kind = PathKind::Diffracted;
   views[0].paths.paths[1].kind = PathKind::Diffuse;
-  views[1].paths.paths[1].kind = PathKind::Diffracted;  // beside a clear path
+  views[1].paths.paths[1].kind = PathKind::Diffracted;  // next to a clear path
   const auto shapes = by_name(ray_shapes(sky.report, 100));
   EXPECT_EQ(shapes.count("G04.path0.in"), 0U);
   EXPECT_EQ(shapes.size(), 2U + 3 + 2);
@@ -172,7 +173,7 @@ TEST(RayShapes, AreNotDrawnWithoutAPlace) {
 TEST(BubbleShapes, GrowAndBrightenWithTheHorizontalError) {
   Sky sky(Vector3d{1, 2, 3});
   const auto bubble = [&](double east, double north, double scale) {
-    sky.fix(east, north, 1000);  // heights do not count
+    sky.fix(east, north, 1000);  // heights are ignored
     const auto shapes = bubble_shapes(sky.report, scale);
     EXPECT_EQ(shapes.size(), 1U);
     return shapes.at(0);
@@ -183,7 +184,7 @@ TEST(BubbleShapes, GrowAndBrightenWithTheHorizontalError) {
   EXPECT_DOUBLE_EQ(bubble(300, 400, 1).radius, kBubbleLargest_m);
   expect_near(bubble(3, 4, 1).centre, {1, 2, 3});
   expect_colour(bubble(0, 0, 1), drawing::viridis(0));
-  expect_colour(bubble(6, 8, 3), drawing::viridis(0.5));  // 10 of 20 m, whatever the size
+  expect_colour(bubble(6, 8, 3), drawing::viridis(0.5));  // 10 of 20 m, for any size
   expect_colour(bubble(60, 80, 1), drawing::viridis(1));
   EXPECT_LT(bubble(3, 4, 1).colour.a, 1) << "translucent";
 }

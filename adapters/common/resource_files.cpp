@@ -11,8 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// package://NAME/REST lies in a folder NAME of ROS_PACKAGE_PATH, or in one of its entries that is called
-// NAME.
+// package://NAME/REST is in a folder NAME of ROS_PACKAGE_PATH, or in an entry of it named NAME.
 std::vector<fs::path> package_candidates(const std::string& rest) {
   std::vector<fs::path> candidates;
   const char* paths = std::getenv("ROS_PACKAGE_PATH");

@@ -30,7 +30,7 @@ std::string resolve(std::string_view name, const std::string& base, const std::s
   }
   if (!is_ros_name(rest)) {
     throw InputError(
-        fmt::format("<ros><remapping>: '{}' in '{}' is not a name of ROS", name, remapping),
+        fmt::format("<ros><remapping>: '{}' in '{}' is not a valid ROS name", name, remapping),
         "write FROM:=TO with names of letters, digits, '_' and '/', such as fix:=gps/fix or ~/out:=scan");
   }
   return rest.front() == '/' ? std::string(rest) : *in + '/' + std::string(rest);
@@ -99,7 +99,7 @@ std::string ros_namespace(const ReceiverIdentity& identity, const RosSettings& s
   if (name == "/") return {};
   if (name.back() == '/') name.remove_suffix(1);
   if (!is_ros_name(name)) {
-    throw InputError(fmt::format("<ros><namespace>: '{}' is not a name of ROS", settings.ros_namespace),
+    throw InputError(fmt::format("<ros><namespace>: '{}' is not a valid ROS name", settings.ros_namespace),
                      "use letters, digits, '_' and '/', such as /car/gnss");
   }
   return name.front() == '/' ? std::string(name) : '/' + std::string(name);
@@ -134,7 +134,7 @@ RosTopics ros_topics(const std::string& base, const ReceiverIdentity& identity, 
     }
     if (!found) {
       notes.push_back(
-          fmt::format("<ros><remapping>: '{}' renames nothing; the topics are fix, fix_velocity, "
+          fmt::format("<ros><remapping>: '{}' matches no topic; the topics are fix, fix_velocity, "
                       "gnss_multipath, satellites, raw_observations and scan (also ~/out)",
                       remapping));
     }
@@ -159,11 +159,11 @@ RosTopics claimed_ros_topics(const ReceiverIdentity& identity, const RosSettings
     notes.clear();
     topics = ros_topics(own_namespace(identity), identity, settings, notes);
     const std::string other = std::exchange(taken, claim(topics.claimed()));
-    notes.push_back(
-        fmt::format("another receiver has the ROS name {}; those of this one are in {}", other, topics.base));
+    notes.push_back(fmt::format("another receiver uses the ROS name {}; names of this one are in {}", other,
+                                topics.base));
   }
   if (!taken.empty()) {
-    throw InputError(fmt::format("another receiver has the ROS name {} already", taken),
+    throw InputError(fmt::format("another receiver already uses the ROS name {}", taken),
                      "give each receiver a different <ros><namespace>");
   }
   return topics;

@@ -72,7 +72,7 @@ TEST(RosTopics, HaveTheirNamesInTheNamespace) {
   EXPECT_THAT(notes, IsEmpty());
 }
 
-// A namespace that is asked for twice would have services of one name, whatever the topics are called.
+// A namespace configured twice would have services of equal names, whatever the names of topics.
 TEST(RosTopics, ServicesAreClaimedAsTopicsAre) {
   std::set<std::string> taken;
   const auto claim = [&](const std::vector<std::string>& names) -> std::string {
@@ -120,8 +120,8 @@ TEST(RosTopics, NoteWhatRenamesNothing) {
 }
 
 TEST(RosTopics, RefuseWhatIsNoName) {
-  EXPECT_THAT(error_of({{"fix", ""}}), HasSubstr("'' in 'fix:=' is not a name of ROS"));
-  EXPECT_THAT(error_of({{"", "fix"}}), HasSubstr("is not a name of ROS"));
+  EXPECT_THAT(error_of({{"fix", ""}}), HasSubstr("'' in 'fix:=' is not a valid ROS name"));
+  EXPECT_THAT(error_of({{"", "fix"}}), HasSubstr("is not a valid ROS name"));
   EXPECT_THAT(error_of({{"fix", "my fix"}}), HasSubstr("'my fix'"));
   EXPECT_THAT(error_of({{"fix", "~"}}), HasSubstr("'~'"));
   EXPECT_THAT(error_of({{"fix", "~//x"}}), HasSubstr("'~//x'"));

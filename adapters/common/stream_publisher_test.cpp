@@ -33,7 +33,7 @@ class StreamPublisher : public ::testing::Test {
 
 TEST_F(StreamPublisher, SendsEachEpochAsNmea) {
   const auto publisher = make();
-  publisher->publish(sample.report);  // nobody there
+  publisher->publish(sample.report);  // no client
   canyon::test::LocalConnection client(port);
   live::ReceiverReport no_truth = sample.report;
   no_truth.step = nullptr;
@@ -60,7 +60,7 @@ TEST_F(StreamPublisher, SendsTheBasesEpochs) {
       ->publish(sample.report);
   const std::string of_both[] = {canyon::test::read_bytes(folder / "base.rtcm"),
                                  canyon::test::read_bytes(folder / "car.rtcm")};
-  // Message 1005 (24 bits of frame, then 12 of its number) is a base's alone, and the first.
+  // Message 1005 (24 bits of frame, then 12 of its number) is sent only by a base, and first.
   EXPECT_EQ(
       static_cast<unsigned char>(of_both[0].at(3)) << 4 | static_cast<unsigned char>(of_both[0].at(4)) >> 4,
       1005);
@@ -109,7 +109,7 @@ TEST_F(StreamPublisher, LatencyPassesByTheHostsClock) {
   sample.report.step = &sample.step;
   sample.report.sim_time_ns = 2 * kLatency_ns;
   publisher->publish(sample.report);
-  publisher->reset();  // the world begins anew: what was on the way arrives now
+  publisher->reset();  // the world restarts: delayed bytes arrive now
   EXPECT_EQ(client.read(sentences.size()), sentences);
 }
 
@@ -153,7 +153,7 @@ TEST_F(StreamPublisher, FeedsGpsd) {
   const std::string gpsd_port = std::to_string(free_port());
   const canyon::test::ChildProcess gpsd(
       {"gpsd", "-N", "-n", "-S", gpsd_port, "tcp://127.0.0.1:" + std::to_string(port)});
-  // gpspipe says reports of positions until it has one with a height.
+  // gpspipe prints reports of positions until it has one with a height.
   auto gpspipe = std::async(std::launch::async, [&] {
     return canyon::test::run_program("timeout 60 sh -c 'until gpspipe -w -n 40 127.0.0.1:" + gpsd_port +
                                      " 2>/dev/null | grep -m 1 \"TPV.*\\\"mode\\\":3\"; do :; done'");

@@ -1,4 +1,4 @@
-// The scene that follows a world, over a world made by hand.
+// The scene of a world, with a manually made world.
 #include "canyon/outputs/live/world_scene.hpp"
 
 #include <fmt/format.h>
@@ -35,7 +35,7 @@ class WorldSceneTest : public ::testing::Test {
     scene =
         std::make_unique<live::WorldScene>(std::move(made), live::WorldScene::Options{"street", false, {}});
   }
-  /// Range of the first thing in a direction; infinite without one.
+  /// Range of the first object in a direction; infinite without one.
   [[nodiscard]] double range(const Vector3d& origin, const Vector3d& towards) const {
     const auto hit = scene->scene()->scene.cast({origin, towards.normalized()});
     return hit ? hit->range_m : kNothing;
@@ -73,7 +73,7 @@ TEST_F(WorldSceneTest, LatecomersAndThoseWhoGo) {
   world->boxes.erase(1);
   scene->update({});
   EXPECT_EQ(range({0, 0, 0}, {1, 0, 0}), kNothing);
-  EXPECT_THAT(scene->take_notes(), ElementsAre(HasSubstr("holds no collision geometry")));
+  EXPECT_THAT(scene->take_notes(), ElementsAre(HasSubstr("has no collision geometry")));
 }
 
 TEST_F(WorldSceneTest, ResizedBoxesAreRead) {
@@ -103,7 +103,7 @@ TEST_F(WorldSceneTest, StaticThingsThatAreMovedAreFollowedWhereTheHostSaysSo) {
   world->statics_move = true;
   scene->update({});
   EXPECT_DOUBLE_EQ(range({0, 0, 0}, {0, 1, 0}), 9);
-  // A host that does not say so is found out in turn: 16 models a step.
+  // Without notice from the host, changes are found by checking 16 models in each step.
   world->statics_move = false;
   world->boxes[31].centre = {0, -10, 0};
   for (int step = 0; step < 3; ++step) scene->update({});
@@ -126,11 +126,11 @@ TEST_F(WorldSceneTest, NoFinitePoseAndTheGroundOfAnExportedCity) {
                   {2, {true, {10, 0, 0}, {2, 2, 2}, std::string(city::kGroundPlaneModel)}}};
   scene->update({});
   EXPECT_EQ(range({0, 0, 0}, {1, 0, 0}), kNothing);
-  EXPECT_THAT(scene->take_notes(), ElementsAre(HasSubstr("is not a part of it")));
+  EXPECT_THAT(scene->take_notes(), ElementsAre(HasSubstr("is not part of the city")));
   world->boxes[1].centre.x() = std::nan("");
   scene->update({});
   EXPECT_EQ(range({0, 0, 0}, {0, 1, 0}), kNothing);
-  EXPECT_THAT(scene->take_notes(), ElementsAre(HasSubstr("or nowhere")));
+  EXPECT_THAT(scene->take_notes(), ElementsAre(HasSubstr("or its position is not finite")));
   world->boxes[1].centre.x() = 0;
   scene->update({});
   EXPECT_DOUBLE_EQ(range({0, 0, 0}, {0, 1, 0}), 9);
@@ -147,7 +147,7 @@ TEST_F(WorldSceneTest, TurnsWithTheWorldsHeading) {
   EXPECT_EQ(range({0, 0, 0}, {1, 0, 0}), kNothing);
 }
 
-/// The mesh of a world's city by what is drawn on it.
+/// The mesh of a world's city by its facade materials.
 city::Mesh drawn(const std::vector<BoxWorld::Box>& boxes, const city::FacadeOptions& facades) {
   auto made = std::make_unique<BoxWorld>();
   for (std::size_t i = 0; i < boxes.size(); ++i) made->boxes[i + 1] = boxes[i];
@@ -184,7 +184,7 @@ TEST(WorldScene, DrawsFacadesAsCanyonSimulateDoes) {
   EXPECT_THAT(dressed.materials, AllOf(Contains(city::Material::Metal), Contains(city::Material::Glass)));
 }
 
-// One that was moved, and one that came later, are instances.
+// A moved model and a model added later are instances.
 TEST(WorldScene, BuildingsThatBecomeInstancesKeepTheirFacades) {
   auto made = std::make_unique<BoxWorld>();
   BoxWorld* world = made.get();

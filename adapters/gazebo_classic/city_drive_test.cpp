@@ -1,4 +1,5 @@
-// A drive through a city in gzserver beside the same drive in `canyon simulate`, which wrote satellites.csv.
+// A drive through a city in gzserver compared with the same drive in `canyon simulate`, which wrote
+// satellites.csv.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -26,11 +27,11 @@ void compare_drive(const std::string& city, int seconds) {
   server.step(static_cast<unsigned>(10 * seconds));
   ASSERT_TRUE(listener.at(seconds, std::chrono::seconds(60)));
 
-  // Meshes hold floats, the file 0.1 mm.
+  // Meshes have floats, the file a resolution of 0.1 mm.
   canyon::test::expect_drive(city, folder, seconds, listener.all(), 2e-3);
 }
 
-// The paper's algorithm by Gazebo's rays and by the engine's, along the whole drive.
+// The paper's algorithm with Gazebo's rays and with the engine's, along the whole drive.
 TEST(CityDrive, BothEnginesSeeTheSame) {
   const std::filesystem::path folder = test::prepared_city("hongkong").empty()
                                            ? test::prepared_city("synthetic")

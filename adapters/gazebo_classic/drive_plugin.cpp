@@ -1,5 +1,5 @@
-// No header declares it: Gazebo loads it by name.
-// Moves its model along a path of simulated time, whatever the physics would do with it: a vehicle on rails.
+// No header declares it: Gazebo loads it by name. Moves its model along a path of simulated time, independent
+// of physics: a vehicle on rails.
 #include <Eigen/Geometry>
 #include <exception>
 #include <filesystem>
@@ -33,28 +33,27 @@ class DrivePlugin final : public gazebo::ModelPlugin {
       settings_ = read_drive_settings(sdf, name, folder, gazebos_paths(),
                                       origin_of(*model->GetWorld()).value_or(live::HostOrigin{}).frame());
     } catch (const std::exception& error) {
-      gzerr << "[canyon] " << error.what() << "\n[canyon] the model stays where it is\n";
+      gzerr << "[canyon] " << error.what() << "\n[canyon] the model does not move\n";
       return;
     }
     for (const std::string& warning : settings_->warnings)
       gzwarn << "[canyon] " << name << ": " << warning << "\n";
     if (model->IsStatic()) {
-      gzwarn << "[canyon] " << name
-             << ": a static model has no velocity that others could see; write <static>false</static>\n";
+      gzwarn << "[canyon] " << name << ": a static model has no velocity; set <static>false</static>\n";
     }
     model_ = model.get();
     given_attitude_ = model->WorldPose().Rot();
     place(model->GetWorld()->SimTime());
     begin_ = gazebo::event::Events::ConnectWorldUpdateBegin(
         [this](const gazebo::common::UpdateInfo& info) { place(info.simTime); });
-    // Physics moves it only in a step in which it strikes something loose; that is undone at once. Plugins of
-    // sensors are loaded before those of models and have seen that step's end already.
+    // Physics moves it only in a step in which it hits a loose object; that is undone at once. Plugins of
+    // sensors are loaded before those of models and were already called at that step's end.
     end_ = gazebo::event::Events::ConnectWorldUpdateEnd([this] {
       if (model_->WorldPose() != pose_) place(model_->GetWorld()->SimTime());
     });
   }
 
-  // A world that stands still after a reset shows the path's begin.
+  // A paused world after a reset shows the beginning of the path.
   void Reset() override {
     if (model_ != nullptr) place(model_->GetWorld()->SimTime());
   }

@@ -34,7 +34,7 @@ std::string car(const std::string& elements, const std::string& pose = "0 0 0 0 
                      pose, elements);
 }
 
-// The state that a receiver sees at the end of each update.
+// The state read by a receiver at the end of each update.
 class DrivePluginTest : public ::testing::Test {
  protected:
   struct State {
@@ -78,7 +78,7 @@ TEST_F(DrivePluginTest, IsWhereTheWaypointsSayAtTheEndOfEachUpdate) {
     EXPECT_LT((state.pose.Pos() - Vector(10, y, 0.75)).Length(), 1e-9) << state.time_s;
     EXPECT_NEAR(state.pose.Rot().Yaw(), M_PI / 2, 1e-9);
     EXPECT_LT((state.velocity - Vector(0, moves ? 20 : 0, 0)).Length(), 1e-9) << state.time_s;
-    // Looking north the antenna is half a metre to the west, and one metre behind.
+    // With heading north the antenna is half a metre to the west and one metre to the rear.
     EXPECT_LT((state.antenna - Vector(9.5, y - 1, 1.75)).Length(), 1e-9);
   }
 }
@@ -113,7 +113,7 @@ TEST_F(DrivePluginTest, BeginsAnewAfterAReset) {
 
 TEST_F(DrivePluginTest, DrivesTheSimulationsDrive) {
   const canyon::test::TemporaryFolder folder;
-  // A bend with climb, one sample a second, as decimal degrees.
+  // A bend with climb, one sample per second, as decimal degrees.
   std::string csv = "time,latitude,longitude,height\n";
   for (int i = 0; i <= 8; ++i) {
     csv += fmt::format("2024-05-01T10:00:0{}Z,{:.9f},{:.9f},{:.3f}\n", i, 22.3 + 4e-5 * i + 3e-6 * i * i,
@@ -150,7 +150,7 @@ start: 2024-05-01T10:00:00Z
     const double yaw_error = std::remainder(state.pose.Rot().Yaw() - (truth.yaw_rad - heading), 2 * M_PI);
     EXPECT_NEAR(yaw_error, 0, 1e-5);
   }
-  // The antenna on its arm moves as the difference of its places, also in the bend.
+  // The antenna on its arm moves by the difference of its positions, also in the bend.
   int bends = 0;
   for (std::size_t i = 1; i + 2 < states_.size(); ++i) {
     const Vector moved = (states_[i + 1].antenna - states_[i - 1].antenna) / (2 * kStep_s);

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Builds and runs the Gazebo Classic plugin: with the Gazebo 11 of this machine, else in a Debian 11 root (root.sh).
+# Builds and runs the Gazebo Classic plugin: with this machine's Gazebo 11, else in a Debian 11 root (root.sh).
 #
 # usage: gazebo.sh test [CTEST ARGUMENT...]
-#        gazebo.sh package      a Debian package of the plugins for the release that has Gazebo, in CANYON_BUILD-gazebo/packages
+#        gazebo.sh package      a Debian package of the plugins for the release with Gazebo, in CANYON_BUILD-gazebo/packages
 #        gazebo.sh drive [synthetic|hongkong] [--seconds N] [--from N] [--gui]
 #
-# CANYON_BUILD holds the built canyon program; the plugin is built in the folder of that name with -gazebo behind.
+# CANYON_BUILD has the built canyon program; the plugin is built in the folder of that name plus -gazebo.
 set -euo pipefail
 
 here=$(cd "$(dirname "$0")" && pwd -P)
@@ -18,12 +18,12 @@ export CANYON_GAZEBO_BUILD=$build CANYON_GAZEBO_DATA=$build/data
 say() { printf '\033[1m==> %s\033[0m\n' "$*" >&2; }
 
 native() { pkg-config --exists 'gazebo >= 11' 'gazebo < 12' 2>/dev/null; }
-# A port that nobody listens on.
+# An unused port.
 free_port() {
   local port
   for ((port = $1; port < $1 + 100; ++port)); do (: <"/dev/tcp/127.0.0.1/$port") 2>/dev/null || { echo "$port"; return; }; done
 }
-# in_gazebo CMD...: where Gazebo is. A root's network is its own; on the machine itself others may run Gazebo, too.
+# in_gazebo CMD...: runs it where Gazebo is. A root has its own network; on the machine others may also run Gazebo.
 in_gazebo() {
   if native; then
     env GAZEBO_MASTER_URI="http://127.0.0.1:$(free_port 11345)" ROS_MASTER_URI="http://127.0.0.1:$(free_port 11311)" \
@@ -34,7 +34,7 @@ in_gazebo() {
 }
 with_ros() { ! native || pkg-config --exists roscpp; }
 
-# build_plugin TESTS(ON|OFF) TARGET...: status 3 and the reason on stderr where there is no Gazebo to be had.
+# build_plugin TESTS(ON|OFF) TARGET...: status 3 and the reason on stderr if Gazebo is not available.
 build_plugin() {
   local tests=$1 reason flags; shift
   mkdir -p "$build"
@@ -44,7 +44,7 @@ build_plugin() {
   fi
   say "building the Gazebo plugin in $build"
   flags=(-DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER_LAUNCHER=ccache -DCMAKE_C_COMPILER_LAUNCHER=ccache
-    -DCANYON_PRECOMPILED_HEADERS=OFF    # so that each header is seen to stand on its own
+    -DCANYON_PRECOMPILED_HEADERS=OFF    # so that each header must compile alone
     -DCANYON_BUILD_IO=OFF -DCANYON_BUILD_CLI=OFF -DCANYON_BUILD_BENCHMARKS=OFF -DCANYON_BUILD_GAZEBO=ON
     -DCANYON_BUILD_ROS="$(with_ros && echo ON || echo OFF)" -DCANYON_BUILD_TESTS="$tests" -DCANYON_PACKAGE="${packaging:-OFF}"
     -DCANYON_WARNINGS_AS_ERRORS="${CANYON_WARNINGS_AS_ERRORS:-OFF}")
@@ -75,7 +75,7 @@ drive() {
   case "${1:-}" in
     synthetic | hongkong) city=$1; shift ;;
     '' | --*) ;;
-    *) echo "gazebo: there is no city '$1'; use synthetic or hongkong" >&2; exit 2 ;;
+    *) echo "gazebo: unknown city '$1'; use synthetic or hongkong" >&2; exit 2 ;;
   esac
   if [[ " $* " == *" --gui "* ]] && ! { native && [ -n "${DISPLAY:-}" ]; }; then
     echo "gazebo: --gui needs Gazebo 11 installed on this machine, and a display" >&2; exit 2

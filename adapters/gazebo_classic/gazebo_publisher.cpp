@@ -7,7 +7,7 @@
 namespace canyon::adapters::gazebo_classic {
 namespace {
 
-// Programs that hold this library make the type by its name: `gz topic` with LD_PRELOAD.
+// Programs that load this library make the type by its name: `gz topic` with LD_PRELOAD.
 boost::shared_ptr<google::protobuf::Message> make_message() {
   return boost::shared_ptr<google::protobuf::Message>(new msgs::GnssReceiver);
 }
@@ -31,7 +31,7 @@ class GazeboPublisher final : public live::EpochPublisher {
   }
 
  private:
-  static constexpr unsigned kQueue = 100;  ///< messages; the oldest go first
+  static constexpr unsigned kQueue = 100;  ///< messages; the oldest are dropped first
 
   ReceiverIdentity identity_;
   gazebo::transport::PublisherPtr publisher_;

@@ -25,13 +25,13 @@ using ::testing::HasSubstr;
 
 constexpr const char* kEmptyWorld = R"(<?xml version="1.0"?><sdf version="1.6"><world name="city"/></sdf>)";
 
-/// Keeps the messages of one topic.
+/// Stores the messages of one topic.
 class Listener {
  public:
   Listener(const gazebo::transport::NodePtr& node, const std::string& topic, bool latching = false)
       : subscriber_(node->Subscribe(topic, &Listener::hear, this, latching)) {}
 
-  /// Publishes until a message is here; empty after 20 s.
+  /// Publishes until a message is received; empty after 20 s.
   std::optional<msgs::GnssReceiver> hear_from(live::EpochPublisher& publisher,
                                               const live::ReceiverReport& report) {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
@@ -93,7 +93,7 @@ TEST_F(GazeboPublisher, PublishesUnderModelAndSensor) {
 
 TEST_F(GazeboPublisher, IsReadByAnotherProcess) {
   ReceiverIdentity identity = sample_identity();
-  identity.model = "boat";  // a topic that no other test in this process had
+  identity.model = "boat";  // a topic not used by other tests in this process
   const auto publisher = make_gazebo_publisher(node, identity);
   const canyon::test::TemporaryFolder folder;
   const canyon::test::ChildProcess gz(
@@ -116,10 +116,10 @@ TEST_F(GazeboPublisher, IsReadByAnotherProcess) {
 
 TEST_F(GazeboPublisher, SendsNothingWhileNobodyListens) {
   ReceiverIdentity identity = sample_identity();
-  identity.model = "plane";  // a topic that no other test in this process had
+  identity.model = "plane";  // a topic not used by other tests in this process
   const auto publisher = make_gazebo_publisher(node, identity);
   publisher->publish(sample.report);
-  // A latching subscriber would be given the message before; only the next one comes.
+  // A latching subscriber would get the previous message; only the next one arrives.
   Listener late(node, "~/plane/gps/gnss", true);
   sample.report.sim_time_ns = 99'000'000'000;
   const auto heard = late.hear_from(*publisher, sample.report);

@@ -29,7 +29,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Rays of a physics engine have an end. A roof that hides a satellite 10 deg high from here is 870 m high.
+// Rays of a physics engine have a finite length. At this distance a roof that blocks a satellite at 10 deg
+// elevation is 870 m high.
 constexpr double kPhysicsReach_m = 5000;
 
 ReceiverIdentity identify(const Attachment& at) {
@@ -64,8 +65,8 @@ void say(live::Tone tone, const std::string& line) {
 }  // namespace
 
 struct GnssSensor::Impl {
-  /// The receivers of one world. At the end of an update all begin their epochs, then bases finish before
-  /// those that take their corrections. Plugins come and go in other threads than updates.
+  /// The receivers of one world. At the end of an update all begin their epochs, then bases finish before the
+  /// receivers that use their corrections. Plugins are added and removed in other threads than updates.
   class World {
    public:
     static std::shared_ptr<World> of(const gazebo::physics::WorldPtr& world);
@@ -137,12 +138,12 @@ struct GnssSensor::Impl {
     desk->close();
     receiver.reset();
     pose_source.reset();
-    if (node) node->Fini();  // takes its topics back
+    if (node) node->Fini();  // unadvertises its topics
   }
 
-  /// Whether an epoch is begun.
+  /// Whether an epoch is in progress.
   bool update() {
-    // The model was removed; a sensor's plugin is some time later.
+    // The model was removed; a sensor's plugin is removed some time later.
     if (!at.link->GetParent()) return false;
     desk->serve([this] { return std::vector{receiver->adjustable(name)}; });
     const gazebo::common::Time now = at.world->SimTime();
@@ -176,8 +177,7 @@ struct GnssSensor::Impl {
 
   Attachment at;
   std::string name;  // "iris::gps0::link::gps", for requests
-  std::shared_ptr<live::OptionsDesk> desk =
-      std::make_shared<live::OptionsDesk>();  // which may come from any thread
+  std::shared_ptr<live::OptionsDesk> desk = std::make_shared<live::OptionsDesk>();  // from any thread
   gazebo::transport::NodePtr node;
   std::unique_ptr<PoseSource> pose_source;
   std::unique_ptr<PhysicsRays> physics;

@@ -9,7 +9,7 @@
 
 namespace canyon::adapters::gazebo_classic {
 
-/// The place of a receiver's plugin in a world.
+/// The context of a receiver's plugin in a world.
 struct Attachment {
   gazebo::physics::WorldPtr world;
   gazebo::physics::LinkPtr link;
@@ -17,12 +17,12 @@ struct Attachment {
   sdf::ElementPtr sdf;                ///< the plugin's element
 };
 
-/// One GNSS receiver in a running Gazebo world: takes truth and surroundings from the world, an epoch from
-/// the engine, and hands it to the publishers. It follows the world by itself (end of every update) until it
-/// is destroyed. All work is done in the simulation's thread.
+/// One GNSS receiver in a running Gazebo world: reads truth and geometry from the world, computes epochs with
+/// the engine and passes them to the publishers. It is called at the end of every update of the world until
+/// it is destroyed. All work is done in the simulation's thread.
 class GnssSensor {
  public:
-  /// Throws InputError for a wrong value in the plugin's element. Says warnings on Gazebo's console.
+  /// Throws InputError for a wrong value in the plugin's element. Logs warnings on Gazebo's console.
   explicit GnssSensor(const Attachment& attachment);
   ~GnssSensor();
   GnssSensor(const GnssSensor&) = delete;

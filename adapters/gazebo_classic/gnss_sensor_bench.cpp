@@ -1,6 +1,6 @@
-// The cost of a receiver's update in the prepared Hong Kong world (or the one that is named): the world's
-// steps with the receiver less those without, 62 rays' worth of satellites, by each engine. Also Gazebo's
-// speed with and without it. Run by hand: CANYON_GAZEBO_DATA=... gazebo_gnss_sensor_bench [CITY]
+// The cost of a receiver's update in the prepared Hong Kong world (or a named one): the world's steps with
+// the receiver minus those without, satellites with 62 rays, by each engine. Also Gazebo's speed with and
+// without it. Run manually: CANYON_GAZEBO_DATA=... gazebo_gnss_sensor_bench [CITY]
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -48,7 +48,7 @@ double measure(const std::string& world, unsigned steps) {
   return rounds[rounds.size() / 2];
 }
 
-// The 62 rays alone, time after time from where the car stands in the world that is loaded.
+// Only the 62 rays, repeatedly from the car's position in the loaded world.
 void compare_rays() {
   const gazebo::physics::WorldPtr world = gazebo::physics::get_world();
   const gazebo::physics::LinkPtr link = world->ModelByName("car")->GetLink("base");
@@ -109,7 +109,8 @@ int run(const std::string& city) {
     return model.erase(begin, end - begin);
   }();
 
-  // The cost of 62 rays of Gazebo's own ray sensor, none of them aimed: the method of the paper's prototype.
+  // The cost of 62 rays of Gazebo's own ray sensor, none of them directed: the method of the paper's
+  // prototype.
   {
     std::string sensor =
         "<sensor name='lidar' type='ray'><ray><scan><horizontal><samples>62</samples><resolution>1"
@@ -147,7 +148,7 @@ int run(const std::string& city) {
   }
   compare_rays();
 
-  // Gazebo as it runs: physics at 1 kHz, as fast as it can.
+  // Gazebo in normal operation: physics at 1 kHz, as fast as possible.
   constexpr unsigned kFine = 5000;
   const double plain = measure(test::city_world(folder, 0.001, bare), kFine);
   const double busy = measure(test::city_world(folder, 0.001, car("embree", "specular", 10)), kFine);
@@ -165,5 +166,5 @@ int run(const std::string& city) {
 int main(int argc, char** argv) {
   const int status = canyon::adapters::gazebo_classic::run(argc > 1 ? argv[1] : "hongkong");
   std::fflush(nullptr);
-  std::_Exit(status);  // Gazebo's statics do not end in a good order
+  std::_Exit(status);  // Gazebo's statics are destroyed in a bad order
 }

@@ -1,4 +1,4 @@
-// Receivers in a running gzserver, from their plugin elements to what they publish.
+// Receivers in a running gzserver, from their plugin elements to their messages.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ const std::string kPhysics = "<ray_engine>physics</ray_engine>";
 const std::string kSpecular = "<propagation><model>specular</model></propagation>";
 constexpr const char* kTopic = "~/car/antenna/gnss";
 
-/// A message some steps on: every update that was due has been published by then.
+/// A message after some steps: every due update has been published by then.
 GnssReceiver observe(const std::string& world, const std::string& topic = kTopic, unsigned steps = 20) {
   InProcessServer& server = InProcessServer::get();
   const auto loaded = server.load(world);
@@ -67,7 +67,7 @@ TEST(GnssSensor, BothEnginesGiveTheStreetsClosedForms) {
   EXPECT_NEAR(physics.fix().error_enu_m().up(), embree.fix().error_enu_m().up(), 5e-3);
 }
 
-// The engine alone, over the same boxes at the same place, as `canyon trace` does it.
+// The engine alone, with the same boxes and position, as in `canyon trace`.
 TEST(GnssSensor, GivesTheEnginesFix) {
   city::City city;
   city.frame = geodesy::LocalFrame(geodesy::Geodetic::from_degrees(22.3, 114.17, 5));
@@ -92,7 +92,7 @@ TEST(GnssSensor, GivesTheEnginesFix) {
   const GnssReceiver message = observe(street_world(
       street_car(test::paper_elements() + kEmbree + kSpecular + "<start>2024-02-04T00:00:00 GPST</start>")));
   ASSERT_EQ(message.state(), GnssReceiver::FIX);
-  EXPECT_GT(expected.error_enu_m.norm(), 1.0);  // the reflections show
+  EXPECT_GT(expected.error_enu_m.norm(), 1.0);  // the reflections have an effect
   EXPECT_NEAR(message.fix().error_enu_m().east(), expected.error_enu_m.x(), 1e-3);
   EXPECT_NEAR(message.fix().error_enu_m().north(), expected.error_enu_m.y(), 1e-3);
   EXPECT_NEAR(message.fix().error_enu_m().up(), expected.error_enu_m.z(), 1e-3);
@@ -127,7 +127,7 @@ TEST(GnssSensor, ABoxInTheWayBlocksOnTheNextUpdate) {
     const auto before = listener.at(0.05);
     ASSERT_TRUE(before);
     ASSERT_EQ(before->satellites(2).visibility(), GnssSatellite::LOS);
-    // 20 m north of the antenna: the satellite in the north stands 30 deg high, the bus 20 m.
+    // 20 m north of the antenna: the satellite in the north is at 30 deg elevation, the bus 20 m.
     world->ModelByName("bus")->SetWorldPose({3, 20, 0, 0, 0, 0});
     server.step(1);
     const auto after = listener.at(0.06);
@@ -142,18 +142,18 @@ TEST(GnssSensor, ABoxInTheWayBlocksOnTheNextUpdate) {
   }
 }
 
-// The same street turned: the world's y axis points 30 deg west of north, so do its walls; satellites stay.
+// The same street rotated: the world's y axis points 30 deg west of north, so do its walls; satellites stay.
 TEST(GnssSensor, HonoursTheWorldsHeading) {
   const std::string elements = test::paper_elements() + kEmbree;
   const GnssReceiver message = observe(street_world(street_car(elements), 30));
-  // East of the antenna (3, 0) lies 3 cos 30 deg, north 3 sin 30 deg of the origin.
+  // The antenna (3, 0) is 3 cos 30 deg east and 3 sin 30 deg north of the origin.
   EXPECT_NEAR(
       message.antenna().longitude_deg() - 114.17,
       geodesy::degrees(3 * std::cos(geodesy::radians(30)) / (6378137 * std::cos(geodesy::radians(22.3)))),
       2e-7);
   EXPECT_NEAR(message.antenna().latitude_deg() - 22.3,
               geodesy::degrees(3 * std::sin(geodesy::radians(30)) / 6350000), 2e-7);
-  // A satellite at azimuth 90 deg looks 30 deg off the wall's normal: 13 m * 2 cos(45 deg) cos(30 deg).
+  // A satellite at azimuth 90 deg is seen 30 deg off the wall's normal: 13 m * 2 cos(45 deg) cos(30 deg).
   const std::string specular = elements + kSpecular;
   const GnssReceiver turned = observe(street_world(street_car(specular), 30));
   EXPECT_EQ(turned.satellites(0).visibility(), GnssSatellite::NLOS);
@@ -161,7 +161,7 @@ TEST(GnssSensor, HonoursTheWorldsHeading) {
               2 * 13 * std::cos(geodesy::radians(45)) * std::cos(geodesy::radians(30)), 1e-3);
 }
 
-// A link that moves along the world's y axis with a heading of 30 deg goes 30 deg west of north; and turns.
+// A link that moves along the world's y axis with a heading of 30 deg moves 30 deg west of north and rotates.
 TEST(GnssSensor, GivesVelocityInEastNorthUp) {
   InProcessServer& server = InProcessServer::get();
   const auto world = server.load(street_world(street_car(test::paper_elements() + kEmbree +
@@ -205,7 +205,7 @@ TEST(GnssSensor, TwentyReceiversAtTenHertz) {
   }
 }
 
-// One stands before its base in the world's file, one after it. A base on the same vehicle gives the heading.
+// One is before its base in the world's file, one after it. A base on the same vehicle gives the heading.
 TEST(GnssSensor, ReceiversCorrectEachOther) {
   const std::string common =
       "<profile>ublox-f9p</profile><sky><nominal>true</nominal></sky><start>2024-02-04T00:00:00 GPST</start>"
@@ -294,7 +294,7 @@ TEST(GnssSensor, PauseBringsNothing) {
   server.step(10);
   ASSERT_TRUE(listener.at(0.1));
   listener.clear();
-  gazebo::sensors::run_once();  // sensors may run while the world stands still
+  gazebo::sensors::run_once();  // sensors may run while the world is paused
   gazebo::sensors::run_once();
   EXPECT_TRUE(listener.all().empty());
 }

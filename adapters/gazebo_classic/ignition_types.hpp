@@ -13,7 +13,7 @@
 #include "adapters/common/gazebo_math.hpp"
 #include "adapters/common/resource_files.hpp"
 
-// Gazebo's types and the engine's.
+// Conversions between Gazebo's and the engine's types.
 
 namespace canyon::adapters::gazebo_classic {
 
@@ -24,7 +24,7 @@ namespace canyon::adapters::gazebo_classic {
   return {v.x(), v.y(), v.z()};
 }
 
-/// Gazebo's own resource paths, as its environment has them now.
+/// Gazebo's own resource paths, from its present environment.
 [[nodiscard]] inline ResourcePaths gazebos_paths() {
   const auto given = [](const std::list<std::string>& folders) {
     std::vector<std::filesystem::path> paths(folders.begin(), folders.end());

@@ -1,6 +1,5 @@
-// No header declares it: Gazebo loads it by name.
-// The same receiver for a model without a sensor: <plugin> right under <model>. Element <link> names the link
-// that carries the antenna; without it the model's first.
+// No header declares it: Gazebo loads it by name. The same receiver for a model without a sensor: <plugin>
+// directly under <model>. Element <link> names the link with the antenna; default: the model's first.
 #include <gazebo/common/Console.hh>
 #include <gazebo/common/Plugin.hh>
 #include <gazebo/physics/physics.hh>

@@ -52,18 +52,18 @@ void check(std::span<const PhysicsRay> rays, std::span<double> ranges, const std
     }
     if (!(ray.max_range_m > 0) || !std::isfinite(ray.max_range_m)) {
       throw InputError(fmt::format("{}: max_range_m of ray {} is {}", name, i, ray.max_range_m),
-                       "it must be above 0 and finite");
+                       "give a finite value above 0");
     }
   }
 }
 
-/// The collision behind a geometry of ODE; null if it is not Gazebo's.
+/// The collision of an ODE geometry; null if it is not Gazebo's.
 const Collision* collision_of(dGeomID geometry) {
   if (dGeomGetClass(geometry) == dGeomTransformClass) geometry = dGeomTransformGetGeom(geometry);
   return static_cast<const ODECollision*>(dGeomGetData(geometry));
 }
 
-/// Appends the collisions of a model and of the models in it.
+/// Appends the collisions of a model and of its nested models.
 void collect_collisions(const gazebo::physics::Model& model, std::vector<const Collision*>& collisions) {
   for (const auto& link : model.GetLinks())
     for (const auto& collision : link->GetCollisions()) collisions.push_back(collision.get());
@@ -76,13 +76,13 @@ struct PhysicsRays::Impl {
   std::string name;
   gazebo::physics::LinkPtr link;
   boost::shared_ptr<ODEPhysics> engine;
-  // Weak, because the sensor owns the plugin that owns this object.
+  // Weak, because the sensor owns the plugin, which owns this object.
   std::weak_ptr<gazebo::sensors::RaySensor> sensor;
   bool sensor_was_active = false;
   std::thread::id prepared_thread;
   std::vector<const Collision*> left_out;  // sorted
   std::array<dContactGeom, kHeightmapContacts> contacts{};
-  dGeomID ray = nullptr;  // in no space, aimed at one ray after the other
+  dGeomID ray = nullptr;  // in no space, set to one ray after the other
 
   Impl() = default;
   Impl(const Impl&) = delete;
@@ -94,7 +94,7 @@ struct PhysicsRays::Impl {
   [[nodiscard]] bool is_left_out(const Collision* collision) const {
     return std::binary_search(left_out.begin(), left_out.end(), collision, std::less<>());
   }
-  // ODE's callback for a pair whose boxes overlap. A hit shortens the ray, so that only nearer ones follow.
+  // ODE's callback for a pair whose boxes overlap. A hit shortens the ray, so that only nearer hits follow.
   static void meet(void* data, dGeomID a, dGeomID b) {
     if (dGeomIsSpace(a) || dGeomIsSpace(b)) {
       dSpaceCollide2(a, b, data, &Impl::meet);
@@ -104,7 +104,7 @@ struct PhysicsRays::Impl {
     const dGeomID other = a == self.ray ? b : a;
     const Collision* collision = collision_of(other);
     if (collision == nullptr || self.is_left_out(collision)) return;
-    // A heightmap gives its triangles in no order: of these the nearest is wanted. Others give their nearest.
+    // A heightmap returns its triangles unordered: take the nearest. Other shapes return their nearest.
     const int wanted = dGeomGetClass(other) == dHeightfieldClass ? kHeightmapContacts : 1;
     const int found = dCollide(self.ray, other, wanted, self.contacts.data(), sizeof(dContactGeom));
     for (int i = 0; i < found; ++i) {
@@ -150,13 +150,12 @@ PhysicsRays::PhysicsRays(const gazebo::physics::LinkPtr& link, const gazebo::sen
   const auto engine = link->GetWorld()->Physics();
   impl_->engine = boost::dynamic_pointer_cast<ODEPhysics>(engine);
   if (!impl_->engine) {
-    throw InputError(
-        fmt::format("{}: the physics engine '{}' has no rays that can be aimed anew at every update", name,
-                    engine->GetType()),
-        "write <ray_engine>embree</ray_engine>, or <physics type=\"ode\"> in the world");
+    throw InputError(fmt::format("{}: the physics engine '{}' has no rays that can be set at every update",
+                                 name, engine->GetType()),
+                     "write <ray_engine>embree</ray_engine>, or <physics type=\"ode\"> in the world");
   }
   impl_->ray = dCreateRay(nullptr, 1);
-  // The bits of Gazebo's own rays: no sensor's rays meet each other.
+  // The bits of Gazebo's own rays: rays of sensors do not hit each other.
   dGeomSetCategoryBits(impl_->ray, GZ_SENSOR_COLLIDE);
   dGeomSetCollideBits(impl_->ray, ~static_cast<unsigned long>(GZ_SENSOR_COLLIDE));
   dGeomRaySetParams(impl_->ray, 0, 0);  // any contact, from both sides
@@ -178,7 +177,7 @@ void PhysicsRays::cast(std::span<const PhysicsRay> rays, const ModelPtr& left_ou
   impl_->left_out.clear();
   if (left_out) collect_collisions(*left_out, impl_->left_out);
   std::sort(impl_->left_out.begin(), impl_->left_out.end(), std::less<>());
-  // ODE keeps buffers for meshes in each thread.
+  // ODE has buffers for meshes in each thread.
   if (impl_->prepared_thread != std::this_thread::get_id()) {
     impl_->engine->InitForThread();
     impl_->prepared_thread = std::this_thread::get_id();

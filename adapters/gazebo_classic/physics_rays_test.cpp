@@ -44,7 +44,7 @@ std::string box(double x, double y, double z) {
 
 // 20 m wide, its face at x = 50 m.
 const std::string kWall = model("wall", "50.5 0 5 0 0 0", box(1, 20, 10));
-// A small box far below, so that it is in nobody's way.
+// A small box far below, so that it blocks no ray.
 const std::string kVehicle = model("vehicle", "0 0 -50 0 0 0", box(0.2, 0.2, 0.2), false);
 
 Vector3d towards(double azimuth_deg, double elevation_deg) {
@@ -177,7 +177,7 @@ TEST_F(PhysicsRaysTest, SeesABoxWhereItIsNow) {
   load(kVehicle + model("lorry", "30 0 1 0 0 0", box(2, 2, 2), false) +
        model("hoarding", "40 0 1 0 0 0", box(2, 2, 2), true));
   EXPECT_NEAR(cast_one({0, 0, 1}, Vector3d::UnitX()), 29, 1e-9);
-  // Taken aside by hand, then by its own velocity; a static one by hand as well.
+  // Moved aside by the test, then by its own velocity; a static one also by the test.
   const auto lorry = world_->ModelByName("lorry");
   lorry->SetWorldPose({30, 9, 1, 0, 0, 0});
   server().step();
@@ -213,7 +213,7 @@ TEST_F(PhysicsRaysTest, FarWallsBlock) {
 }
 
 TEST_F(PhysicsRaysTest, GoesThroughTheModelLeftOut) {
-  // The antenna is inside the roof; on the model sits another with a box in the way.
+  // The antenna is inside the roof; a nested model has a box in the path.
   const std::string nested = R"(<model name="vehicle"><pose>0 0 2 0 0 0.4</pose><link name="link">
 <collision name="c"><geometry><box><size>4 2 1</size></box></geometry></collision>
 <collision name="d"><pose>0 0 5 0 0 0</pose><geometry><sphere><radius>2</radius></sphere></geometry></collision></link>
@@ -226,12 +226,12 @@ TEST_F(PhysicsRaysTest, GoesThroughTheModelLeftOut) {
   EXPECT_NEAR(through[0], 50, 1e-9);
   EXPECT_EQ(through[1], kInfinite);
   EXPECT_NEAR(through[2], 70, 1e-9);
-  // From inside the box, turned by 0.4 rad: its long side is met at 1 m / sin(0.4), the roof at 0.5 m.
+  // From inside the box, rotated by 0.4 rad: its long side is hit at 1 m / sin(0.4), the roof at 0.5 m.
   const auto blocked = cast(rays);
   EXPECT_NEAR(blocked[0], std::min(2 / std::cos(0.4), 1 / std::sin(0.4)), 1e-9);
   EXPECT_NEAR(blocked[1], 0.5, 1e-9);
   EXPECT_NEAR(blocked[2], 20 - 2 / std::cos(0.4), 1e-9);
-  // A model that was left out once is there again, and another model is not left out with it.
+  // A model that was left out once is hit again, and other models are not left out with it.
   EXPECT_EQ(cast(rays, world_->ModelByName("wall"))[0], blocked[0]);
 }
 
@@ -294,7 +294,7 @@ TEST_F(PhysicsRaysTest, MeetsHeightmaps) {
   for (double x = -73; x <= 73; x += 7.3) {
     EXPECT_NEAR(cast_one({x, 3, 100}, -Vector3d::UnitZ()), 100 - height(x), 1e-4) << x;
   }
-  // Level rays meet the slope where it is 6.3 m high, at x = -38.
+  // Level rays hit the slope at a height of 6.3 m, at x = -38.
   EXPECT_NEAR(cast_one({-70, 3, 6.3}, Vector3d::UnitX()), 32, 1e-4);
   EXPECT_NEAR(cast_one({-70, 3, 6.3}, {1, 0.3, 0}), 32 * std::hypot(1, 0.3), 1e-4);
   EXPECT_NEAR(cast_one({-2070, 3, 6.3}, Vector3d::UnitX()), 2032, 1e-4);
@@ -314,7 +314,7 @@ TEST_F(PhysicsRaysTest, TheNearestOfManyHillsCounts) {
        model("ridges", "0 0 0 0 0 0",
              fmt::format("<heightmap><uri>file://{}</uri><size>160 160 24</size><pos>0 0 0</pos></heightmap>",
                          (folder / "ridges.png").string())));
-  // The first slope rises from x = -80 by 2.4 m a metre; from above a valley each side is as near.
+  // The first slope rises from x = -80 by 2.4 m per metre; from above a valley each side is as near.
   for (const double z : {1.7, 11.3, 23.1}) {
     EXPECT_NEAR(cast_one({-100, 3, z}, Vector3d::UnitX()), 20 + z / 2.4, 1e-4) << z;
     EXPECT_NEAR(cast_one({100, -7, z}, -Vector3d::UnitX()), 20 + z / 2.4, 1e-4) << z;
@@ -334,7 +334,7 @@ TEST_F(PhysicsRaysTest, LeavesNoTraceInTheWorld) {
   EXPECT_EQ(vehicle_link()->GetCollisions().size(), 1U);
   EXPECT_EQ(vehicle_link()->GetChildCount(), 1U);
   EXPECT_EQ(engine->GetContactManager()->GetContactCount(), 0U);
-  // Rays push nothing: without gravity it stays where it is.
+  // Rays exert no force: without gravity it does not move.
   EXPECT_EQ(lorry->WorldPose().Pos(), ignition::math::Vector3d(30, 0, 1));
   EXPECT_EQ(lorry->WorldLinearVel(), ignition::math::Vector3d::Zero);
 }
@@ -437,7 +437,7 @@ double range_in_town(const PhysicsRay& ray) {
   return nearest;
 }
 
-// Prints the cost; a bound that only a blunder passes.
+// Prints the cost; the bound detects only gross errors.
 void measure(const char* what, const std::function<void()>& cast) {
   cast();
   constexpr int kRounds = 100;

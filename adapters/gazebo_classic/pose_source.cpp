@@ -28,10 +28,10 @@ class LinkPoseSource final : public PoseSource {
   std::optional<simulation::RigidPose> at(const gazebo::common::Time& now, std::string& reason) override {
     const gazebo::physics::LinkPtr link = link_.lock();
     if (!link) {
-      reason = fmt::format("link {} is gone", name_);
+      reason = fmt::format("link {} no longer exists", name_);
       return std::nullopt;
     }
-    // The engine's velocity of the point where the sensor is; the offset is in the link's frame.
+    // The engine's velocity at the sensor's point; the offset is in the link's frame.
     simulation::RigidPose engine = rigid_pose(sensor_on_link_ + link->WorldPose());
     engine.linear_velocity = eigen(link->WorldLinearVel(sensor_on_link_.Pos()));
     engine.angular_velocity = eigen(link->WorldAngularVel());
@@ -43,19 +43,19 @@ class LinkPoseSource final : public PoseSource {
   void reset() override { motion_.reset(); }
 
  private:
-  boost::weak_ptr<gazebo::physics::Link> link_;  // a link holds its plugins, not they it
+  boost::weak_ptr<gazebo::physics::Link> link_;  // a link owns its plugins, not vice versa
   std::string name_;
   Pose3d sensor_on_link_;
   simulation::EngineMotion motion_;
 };
 
-// Messages come in threads of Gazebo transport and ROS.
+// Messages arrive in threads of Gazebo transport and ROS.
 class TopicPoseSource final : public PoseSource {
  public:
   TopicPoseSource(const gazebo::transport::NodePtr& node, const HostSettings& settings)
       : poses_(std::make_shared<simulation::PoseInbox>(settings.pose_topic, settings.pose_timeout_s)) {
-    // The event may be in progress in the world's thread while this object ends in another, so it holds what
-    // it touches.
+    // The event may be in progress in the world's thread while this object ends in another, so it owns the
+    // data it uses.
     connection_ = gazebo::event::Events::ConnectWorldUpdateBegin(
         [poses = poses_](const gazebo::common::UpdateInfo& info) { poses->step(nanoseconds(info.simTime)); });
     subscriber_ = node->Subscribe(settings.pose_topic, &TopicPoseSource::on_gazebo_pose, this);
@@ -67,7 +67,7 @@ class TopicPoseSource final : public PoseSource {
   }
 
   ~TopicPoseSource() override {
-    // Each waits for its call in progress, before anything else of this object goes.
+    // Each waits for its call in progress before other members are destroyed.
     ros_subscriber_.reset();
     subscriber_.reset();
   }

@@ -23,13 +23,12 @@ class PoseSource {
   virtual void reset() {}
 };
 
-/// A link's, with the pose of a sensor on it.
+/// The truth of a link, with the pose of a sensor on it.
 [[nodiscard]] std::unique_ptr<PoseSource> make_link_pose_source(const gazebo::physics::LinkPtr& link,
                                                                 const ignition::math::Pose3d& sensor_on_link);
-/// From settings.pose_topic, by geometry_msgs/PoseStamped on ROS where that is built in, and by
-/// gazebo.msgs.PoseStamped on Gazebo transport; poses of either are in Gazebo's world frame. Velocities are
-/// differences of the last two messages. Too old after settings.pose_timeout_s of simulated time since
-/// arrival.
+/// From settings.pose_topic, by geometry_msgs/PoseStamped on ROS (in builds with ROS) and by
+/// gazebo.msgs.PoseStamped on Gazebo transport; both in Gazebo's world frame. Velocities are differences of
+/// the last two messages. A pose expires settings.pose_timeout_s of simulated time after arrival.
 [[nodiscard]] std::unique_ptr<PoseSource> make_topic_pose_source(const gazebo::transport::NodePtr& node,
                                                                  const HostSettings& settings);
 

@@ -32,7 +32,7 @@ void expect_near(const Vector3d& actual, const Vector3d& expected, double tolera
   EXPECT_LE((actual - expected).Length(), tolerance) << actual << ", expected " << expected;
 }
 
-// The angle of the turn between two attitudes [rad].
+// The rotation angle between two attitudes [rad].
 double angle_between(const Quaterniond& a, const Quaterniond& b) {
   const Quaterniond d = a.Inverse() * b;
   return 2 * std::atan2(Vector3d(d.X(), d.Y(), d.Z()).Length(), std::abs(d.W()));
@@ -41,7 +41,7 @@ double angle_between(const Quaterniond& a, const Quaterniond& b) {
 // --- links
 // -------------------------------------------------------------------------------------------------
 
-// Three bodies without gravity or contact: "free" with a centre of mass beside its origin, "driven"
+// Three bodies without gravity or contact: "free" with a centre of mass next to its origin, "driven"
 // (kinematic) and "fixed" (static), 1 ms steps.
 constexpr const char* kWorld =
     R"(<?xml version="1.0"?><sdf version="1.6"><world name="w"><gravity>0 0 0</gravity>
@@ -67,7 +67,7 @@ struct Truth {
   Vector3d linear_velocity, angular_velocity;
 };
 
-// The truth, which must be there for the test.
+// The truth, which must exist for the test.
 Truth truth(PoseSource& source, const Time& now) {
   std::string reason;
   const auto pose = source.at(now, reason);
@@ -92,8 +92,9 @@ TEST(LinkPoseSource, FollowsASpinningBodyWithALever) {
     server.step(static_cast<unsigned>(steps));
     const double t = world->SimTime().Double();
     const Truth truth_now = truth(*source, world->SimTime());
-    // Closed form: the centre goes straight, everything turns about it. The engine's first-order turns of
-    // 1.3 mrad a step add up to less than 1e-6 rad; the pose is one step of rounding away at most.
+    // Closed form: the centre moves straight, everything rotates about it. The engine's first-order rotations
+    // of 1.3 mrad per step add up to an error below 1e-6 rad; the pose is off by at most the rounding of one
+    // step.
     const Quaterniond turned = Quaterniond(spin.Normalized(), spin.Length() * t) * start.Rot();
     const Vector3d centre_now = start.Pos() + start.Rot() * centre + velocity * t;
     const Vector3d lever = turned * (sensor.Pos() - centre);
@@ -127,12 +128,12 @@ TEST(LinkPoseSource, MovedByPosesItsVelocityIsTheirDifference) {
         // The mean over the last 10 ms differs from the velocity at its end by half of w^2 r dt: 0.7 mm/s.
         expect_near(now.linear_velocity, Vector3d(3, -2, 0.5) + Vector3d(0, 0, 0.4).Cross(arm), 1e-3);
         expect_near(now.angular_velocity, {0, 0, 0.4}, 1e-9);
-        // Asked again at the same time the answer is the same.
+        // A second call at the same time returns the same.
         EXPECT_EQ(truth(*source, world->SimTime()).linear_velocity, now.linear_velocity);
       }
       server.step(10);
     }
-    // Put elsewhere, 20 m in 10 ms: there, at rest, and in motion again from the next pose on.
+    // Teleported, 20 m in 10 ms: at the new position, at rest, and in motion again from the next pose on.
     const double t = world->SimTime().Double() - begin;
     const Pose3d elsewhere(place(t).Pos() + Vector3d(0, 0, 20), place(t).Rot());
     model->SetWorldPose(elsewhere);
@@ -143,7 +144,7 @@ TEST(LinkPoseSource, MovedByPosesItsVelocityIsTheirDifference) {
     server.step(10);
     model->SetWorldPose(Pose3d(elsewhere.Pos() + Vector3d(0.01, 0, 0), elsewhere.Rot()));
     expect_near(truth(*source, world->SimTime()).linear_velocity, {1, 0, 0}, 1e-9);
-    // Standing still, and after a reset: no velocity, however far the pose is from the one before.
+    // Stationary, and after a reset: no velocity, for any distance from the previous pose.
     server.step(10);
     EXPECT_EQ(truth(*source, world->SimTime()).linear_velocity, Vector3d::Zero);
     source->reset();
@@ -154,7 +155,7 @@ TEST(LinkPoseSource, MovedByPosesItsVelocityIsTheirDifference) {
 }
 
 TEST(LinkPoseSource, ABodyThatWasStoppedStands) {
-  // It has come 20 mm further since the last time, by its own velocity, which the engine says is over.
+  // It moved 20 mm since the last time, by its own velocity, which is now 0 in the engine.
   auto& server = InProcessServer::get();
   const auto world = server.load(kWorld);
   const auto link = link_of(world, "free");
@@ -188,15 +189,15 @@ TEST(LinkPoseSource, ALinkThatIsGoneHasNoTruth) {
   EXPECT_TRUE(source->at(world->SimTime(), reason));
   world.reset();
   server.unload();
-  // The source does not keep the link of a world alive that ended.
+  // The source does not keep the link of an ended world alive.
   EXPECT_FALSE(source->at(Time(1.0), reason));
-  EXPECT_EQ(reason, "link driven::body is gone");
+  EXPECT_EQ(reason, "link driven::body no longer exists");
 }
 
 // --- topics
 // ------------------------------------------------------------------------------------------------
 
-// A source of "/mocap/car", and somebody who publishes there.
+// A source of "/mocap/car", and a publisher of it.
 class TopicPoseSourceTest : public testing::Test {
  protected:
   TopicPoseSourceTest() {
@@ -209,7 +210,7 @@ class TopicPoseSourceTest : public testing::Test {
     source_ = make_topic_pose_source(node_, settings);
     listener_ = node_->Subscribe("/mocap/car", &TopicPoseSourceTest::hear, this);
     publisher_ = node_->Advertise<gazebo::msgs::PoseStamped>("/mocap/car");
-    // Messages that are sent before the two have found each other are lost.
+    // Messages sent before both are connected are lost.
     if (!publisher_->WaitForConnection(Time(20))) throw std::runtime_error("nobody subscribes");
   }
 
@@ -262,7 +263,7 @@ TEST_F(TopicPoseSourceTest, SaysWhyThereIsNoTruth) {
   step(50);
   send(Pose3d(1, 2, 3, 0, 0, 0.5), 100);
   ASSERT_TRUE(arrives());
-  // 50 ms of simulated time had passed when it came; it is good for 300 more, at any pause.
+  // 50 ms of simulated time had passed when it arrived; it is valid for 300 ms more, also if paused.
   step(300);
   EXPECT_TRUE(now());
   step(1);
@@ -290,7 +291,7 @@ TEST_F(TopicPoseSourceTest, VelocityIsTheDifferenceOfTheLastTwo) {
   ASSERT_TRUE(arrives());
   EXPECT_EQ(now()->linear_velocity, Vector3d::Zero);
   step(100);
-  // The sender's stamps count: they are a tenth of the simulated time apart, and its clock is the better one.
+  // The sender's stamps are used: their interval is a tenth of the simulated one, and its clock is better.
   send(Pose3d({1.5, 1.9, 3.2}, Quaterniond(axis, 0.05) * first), 100.01);
   ASSERT_TRUE(arrives());
   expect_near(now()->linear_velocity, {50, -10, 20}, 1e-6);
@@ -304,7 +305,7 @@ TEST_F(TopicPoseSourceTest, VelocityIsTheDifferenceOfTheLastTwo) {
   send(Pose3d({2.0, 2, 3}, first), 0);
   ASSERT_TRUE(arrives());
   expect_near(now()->linear_velocity, {2, 0, 0}, 1e-9);
-  // The subject was carried elsewhere.
+  // The subject was moved to another position.
   step(100);
   send(Pose3d({2002, 2, 3}, first), 0);
   ASSERT_TRUE(arrives());
@@ -352,7 +353,8 @@ TEST_F(TopicPoseSourceTest, TimeThatJumpsBackForgetsToo) {
 }
 
 TEST_F(TopicPoseSourceTest, EndsWhileMessagesCome) {
-  // A thread that publishes without end while sources come and go: nothing may touch one that has ended.
+  // A thread publishes continuously while sources are made and destroyed: a destroyed source must not be
+  // used.
   std::atomic<bool> stop{false};
   std::thread sender([&] {
     for (int i = 0; !stop; ++i) {

@@ -7,7 +7,7 @@
 #include "canyon/outputs/live/controls.hpp"
 #include "canyon/outputs/live/epoch_publisher.hpp"
 
-// The ways out of the plugin. Each is made once per receiver; InputError where it cannot be.
+// The publishers of the plugin. Each is made once per receiver; InputError on failure.
 
 namespace canyon::adapters::gazebo_classic {
 
@@ -16,8 +16,8 @@ namespace canyon::adapters::gazebo_classic {
 [[nodiscard]] std::unique_ptr<live::EpochPublisher> make_gazebo_publisher(
     const gazebo::transport::NodePtr& node, const ReceiverIdentity& identity);
 
-/// sensor_msgs.msgs.SITLGps on ~/MODEL/link/TOPIC, as PX4's bridge expects. Without a fix nothing is sent, as
-/// PX4 takes every message for a 3D fix.
+/// sensor_msgs.msgs.SITLGps on ~/MODEL/link/TOPIC, as expected by PX4's bridge. Nothing is sent without a
+/// fix, since PX4 treats every message as a 3D fix.
 [[nodiscard]] std::unique_ptr<live::EpochPublisher> make_px4_publisher(const gazebo::transport::NodePtr& node,
                                                                        const ReceiverIdentity& identity,
                                                                        const HostSettings& settings);
@@ -28,7 +28,7 @@ namespace canyon::adapters::gazebo_classic {
                                                                  const VisualSettings& settings);
 
 /// ROS 1 topics, and the services of faults (live::kControlServices) below RosTopics::own, with the first
-/// master that answers; never blocks. Only in builds with ROS 1.
+/// master that responds; never blocks. Only in builds with ROS 1.
 [[nodiscard]] std::unique_ptr<live::EpochPublisher> make_ros_publisher(const ReceiverIdentity& identity,
                                                                        const HostSettings& settings,
                                                                        live::FaultAnswerer faults);

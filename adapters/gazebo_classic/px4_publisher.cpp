@@ -23,14 +23,14 @@ class Px4Publisher final : public live::EpochPublisher {
     if (const auto* message = message_.fill(*gps)) {
       publisher_->Publish(*message);
     } else if (!warned_) {
-      gzwarn << "[canyon] " << name_ << ": the " << kSitlGpsType << " of this process needs "
-             << message_.problem() << ", which Canyon does not have: PX4 gets no position\n";
+      gzwarn << "[canyon] " << name_ << ": the " << kSitlGpsType << " of this process requires "
+             << message_.problem() << ", which Canyon does not support: PX4 gets no position\n";
       warned_ = true;
     }
   }
 
  private:
-  static constexpr unsigned kQueue = 10;  ///< messages, as PX4's own plugin has it
+  static constexpr unsigned kQueue = 10;  ///< messages, as in PX4's own plugin
 
   std::string name_;  ///< for messages
   gazebo::transport::PublisherPtr publisher_;

@@ -38,7 +38,7 @@ bool stand_in_loaded() {
   return google::protobuf::DescriptorPool::generated_pool()->FindMessageTypeByName(kSitlGpsType) != nullptr;
 }
 
-/// Brings PX4's class into the process, as Gazebo does with a plugin.
+/// Loads PX4's class into the process, as Gazebo does with a plugin.
 const test::Px4StandIn& load_stand_in() {
   void* const library = dlopen(kStandIn.c_str(), RTLD_LAZY | RTLD_GLOBAL);
   if (library == nullptr) throw std::runtime_error(dlerror());
@@ -191,7 +191,7 @@ TEST_F(Px4Publisher, HandsPx4sClassToSubscribersWhenItWasThereBefore) {
 
 TEST_F(Px4Publisher, IsReadByAnotherProcess) {
   ReceiverIdentity identity = sample_identity();
-  identity.model = "typhoon";  // a topic that no other test in this process had
+  identity.model = "typhoon";  // a topic not used by other tests in this process
   const auto publisher = make_px4_publisher(node, identity, HostSettings());
   const canyon::test::TemporaryFolder folder;
   const canyon::test::ChildProcess gz(
@@ -218,7 +218,7 @@ TEST_F(Px4Publisher, SendsNothingWithoutAFix) {
   no_truth.step = nullptr;
   publisher->publish(no_fix.report);
   publisher->publish(no_truth);
-  // Messages come in order: when this one is here, those before it are, too.
+  // Messages arrive in order: after this one, all earlier ones have arrived.
   sample.report.sim_time_ns = 77'000'000'000;
   ASSERT_TRUE(
       publish_until(*publisher, [&] { return raw.back() == wire_bytes(*sitl_gps_of(sample.report)); }));

@@ -1,20 +1,20 @@
 #!/usr/bin/env bash
-# A Debian 11 root, where Gazebo Classic 11 and ROS 1 are packages, for machines that have no Gazebo of their own.
+# A Debian 11 root, which has packages of Gazebo Classic 11 and ROS 1, for machines without Gazebo.
 #
-# usage: root.sh make            makes the root where it is missing or its packages have changed; prints its folder
+# usage: root.sh make            makes the root if missing or if its packages have changed; prints its folder
 #        root.sh enter CMD...    runs CMD in it, in the current folder; the status is CMD's
 #
-# The root lies in ${CANYON_ROOTS:-${XDG_CACHE_HOME:-~/.cache}/canyon}/bullseye. Inside, the checkout and ../shared
-# are read-only at their own paths, CANYON_GAZEBO_BUILD is writable; mounts, processes and the network (loopback
+# The root is in ${CANYON_ROOTS:-${XDG_CACHE_HOME:-~/.cache}/canyon}/bullseye. Inside, the checkout and ../shared
+# are read-only at the same paths, CANYON_GAZEBO_BUILD is writable; mounts, processes and the network (loopback
 # only, so every port is free) are private and end with CMD. CMD is run by the calling user.
-# Exit status 3, with one line on stderr: there can be no root on this machine.
+# Exit status 3, with one line on stderr: a root is not possible on this machine.
 set -euo pipefail
 
 checkout=$(cd "$(dirname "$0")/../.." && pwd -P)
 roots=${CANYON_ROOTS:-${XDG_CACHE_HOME:-${HOME-}/.cache}/canyon}
 root=$roots/bullseye
 
-# What the plugin and its tests need. The stamp holds this list's hash.
+# Packages needed by the plugin and its tests. The stamp has this list's hash.
 packages=(g++ cmake ninja-build pkg-config ccache libeigen3-dev libgeographic-dev libembree-dev libtbb-dev libboost-dev libfmt-dev
   libyaml-cpp-dev nlohmann-json3-dev zlib1g-dev libarchive-dev libcurl4-openssl-dev libgtest-dev libgmock-dev iproute2 valgrind file dpkg-dev
   gazebo gazebo-plugin-base libgazebo-dev
@@ -34,7 +34,7 @@ fi
 stamp() { printf '%s\n' "${packages[@]}" | sha256sum | cut -d' ' -f1; }
 made() { [ "$(cat "$root/etc/canyon-stamp" 2>/dev/null)" = "$(stamp)" ]; }
 
-# The host's own Debian mirror first (it may be the only one within reach), then the public ones.
+# The host's own Debian mirror first (it may be the only reachable one), then the public ones.
 mirror() {
   local url
   for url in $(sed -nE 's#^(deb( .*)?|URIs:.*)[[:space:]](https?://[^ ]*/debian)/?([[:space:]].*)?$#\3#p' /etc/apt/sources.list \
@@ -44,7 +44,7 @@ mirror() {
   return 1
 }
 
-# in_root CMD...: the network and no service; for apt only.
+# in_root CMD...: with network, without services; for apt only.
 in_root() {
   "${sudo[@]}" unshare --mount --pid --fork --kill-child bash -c 'mount -t proc proc "$1/proc"; exec chroot "$@"' \
     bash "$1" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "${@:2}"
@@ -69,7 +69,7 @@ make() {
     "${sudo[@]}" rm -rf --one-file-system "$new" "$root"
     "${sudo[@]}" ${http_proxy:+env http_proxy="$http_proxy"} debootstrap --variant=minbase --include=ca-certificates \
       bullseye "$new" "$from" >>"$log" 2>&1 || { tail -n 5 "$log" >&2; refuse "debootstrap failed; see $log"; }
-    # A root holds no service; caches are its own; the archive may be a frozen one.
+    # A root has no services and its own caches; the archive may be frozen.
     printf '#!/bin/sh\nexit 101\n' | "${sudo[@]}" install -m 755 /dev/stdin "$new/usr/sbin/policy-rc.d"
     "${sudo[@]}" install -d -m 1777 "$new/var/cache/ccache"
     printf '%s\n' "$proxy" 'Acquire::Check-Valid-Until "false";' 'Acquire::Retries "3";' 'Acquire::Languages "none";' |
@@ -84,7 +84,7 @@ make() {
   say "the root is complete"
 }
 
-# Runs as root in namespaces of its own: ROOT USER:GROUP CHECKOUT BUILD FOLDER CMD...
+# Runs as root in its own namespaces: ROOT USER:GROUP CHECKOUT BUILD FOLDER CMD...
 inside() {
   local root=$1 owner=$2 checkout=$3 build=$4 folder=$5; shift 5
   bind() { mkdir -p "$root$1" && mount --bind "$1" "$root$1"; }
@@ -96,7 +96,7 @@ inside() {
   [ ! -d "$checkout/../shared" ] || bind_read_only "$(cd "$checkout/../shared" && pwd -P)"
   [ -z "$build" ] || bind "$build"
   chroot "$root" ip link set lo up
-  # Job control leaves CMD its signals (SIGINT would be ignored otherwise); when this shell, the first process here,
+  # Job control keeps signals for CMD (SIGINT would be ignored otherwise); when this shell, the first process here,
   # ends, the kernel ends all others.
   trap 'exit 130' INT TERM
   set -m
@@ -105,7 +105,7 @@ inside() {
     GAZEBO_MASTER_URI=http://127.0.0.1:11345 GAZEBO_IP=127.0.0.1 GAZEBO_MODEL_DATABASE_URI= \
     ROS_MASTER_URI=http://127.0.0.1:11311 ROS_IP=127.0.0.1 IGN_IP=127.0.0.1 ${CANYON_GAZEBO_DATA:+CANYON_GAZEBO_DATA="$CANYON_GAZEBO_DATA"} \
     /bin/sh -c 'cd "$1" && shift && exec "$@"' sh "$folder" "$@" </dev/null &
-  { wait $!; } 2>/dev/null    # without the shell's note on how it ended
+  { wait $!; } 2>/dev/null    # without the shell's note about its end
 }
 
 case "${1:-}" in

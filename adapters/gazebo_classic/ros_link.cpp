@@ -30,7 +30,7 @@ constexpr auto kLookEvery = 2s;
 constexpr auto kAnswerWithin = 1000ms;
 constexpr auto kLeaveWithin = 2s;
 
-/// A node that is shut down and one that starts in its place must not overlap. Never destroyed: a thread that
+/// The shutdown of a node and the start of its successor must not overlap. Never destroyed: a thread that
 /// waits for its master may outlive static objects.
 std::timed_mutex& ros_in_use() {
   static auto* mutex = new std::timed_mutex;
@@ -39,11 +39,11 @@ std::timed_mutex& ros_in_use() {
 
 MasterAddress master_of_environment() {
   const char* uri = std::getenv("ROS_MASTER_URI");
-  if (uri == nullptr || *uri == '\0') return {"localhost", 11311};  // where roscore listens by itself
+  if (uri == nullptr || *uri == '\0') return {"localhost", 11311};  // roscore's default
   if (auto address = parse_master_uri(uri)) return *address;
   throw InputError(
       fmt::format("ROS_MASTER_URI is '{}', which is not the address of a ROS master", uri),
-      "set it as http://HOST:PORT, or switch ROS off by <publishers><ros>false</ros></publishers>");
+      "set it as http://HOST:PORT, or disable ROS with <publishers><ros>false</ros></publishers>");
 }
 
 void say(const std::string& message) {
@@ -55,8 +55,8 @@ void say(const std::string& message) {
 struct RosLink::State {
   std::mutex mutex;
   std::condition_variable changed;
-  bool stop = false;                                // the following by `mutex`
-  bool news = false;                                // somebody joins or leaves
+  bool stop = false;                                // members from here on are protected by `mutex`
+  bool news = false;                                // a client joins or leaves
   bool ended = false;                               // the thread has left ROS
   std::vector<std::shared_ptr<RosClient>> joining;  // not connected yet
   std::vector<std::shared_ptr<RosClient>> leaving;
@@ -94,7 +94,7 @@ struct RosLink::State {
     drop_leaving();
     if (shut_down) return;
     if (node && !ros::ok()) {  // rosnode kill, or gazebo_ros ended
-      say("ROS was shut down; nothing more is published on it");
+      say("ROS was shut down; publishing on ROS has ended");
       shut_down = true;
       return;
     }
@@ -107,10 +107,10 @@ struct RosLink::State {
     if (answer != MasterAnswer::None) {
       found(answer);
     } else if (!node && !said_missing) {
-      say("no ROS master at " + master.uri() + "; topics come once there is one");
+      say("no ROS master at " + master.uri() + "; topics are published when there is one");
       said_missing = true;
     } else if (node && !lost) {
-      say("the ROS master at " + master.uri() + " is gone; topics come back with it");
+      say("the ROS master at " + master.uri() + "is lost; topics return with it");
       lost = true;
     }
   }
@@ -144,7 +144,7 @@ struct RosLink::State {
         connected.push_back(client);
       } else {
         const std::lock_guard lock(mutex);
-        joining.push_back(client);  // until the next look
+        joining.push_back(client);  // until the next check
       }
     }
   }
@@ -179,14 +179,14 @@ struct RosLink::State {
       client->disconnect();
       client->connect(*node);
     }
-    say("the ROS master began anew and has the topics again");
+    say("the ROS master restarted; topics are registered again");
   }
 
   void leave() {
     drop_leaving();
     for (const auto& client : connected) client->disconnect();
     connected.clear();
-    node.reset();  // the last handle of a node shuts it down
+    node.reset();  // the last handle shuts the node down
   }
 };
 
@@ -225,10 +225,10 @@ std::shared_ptr<RosLink> RosLink::get() {
     state->master = {ros::master::getHost(), static_cast<std::uint16_t>(ros::master::getPort())};
   } else {
     state->master = master_of_environment();
-    // roscpp ends the process where it finds no address. Nothing here goes over the network.
+    // roscpp ends the process if it finds no address. No network access here.
     ros::init(ros::M_string{{"__master", state->master.uri()}}, "gazebo_canyon",
               ros::init_options::NoSigintHandler | ros::init_options::AnonymousName);
-    ros::master::setRetryTimeout(ros::WallDuration(2));  // a master lost between question and registration
+    ros::master::setRetryTimeout(ros::WallDuration(2));  // a master lost between query and registration
   }
   const std::shared_ptr<RosLink> link(new RosLink(std::move(state)));
   existing = link;

@@ -11,14 +11,14 @@ namespace canyon::adapters::gazebo_classic {
 namespace {
 
 std::size_t append(const char* bytes, std::size_t size, std::size_t count, void* answer) {
-  constexpr std::size_t kLongest = 1 << 16;  // a master's answer has some hundred bytes
+  constexpr std::size_t kLongest = 1 << 16;  // a master's response has some hundred bytes
   auto& text = *static_cast<std::string*>(answer);
   if (text.size() + size * count > kLongest) return 0;
   text.append(bytes, size * count);
   return size * count;
 }
 
-/// The body of the answer to a request; empty where there is none.
+/// The body of the response to a request; empty if there is none.
 std::string post(const std::string& uri, const std::string& body, std::chrono::milliseconds timeout,
                  int stop_fd) {
   static const CURLcode begun = curl_global_init(CURL_GLOBAL_DEFAULT);
@@ -50,7 +50,7 @@ std::string post(const std::string& uri, const std::string& body, std::chrono::m
   return whole ? answer : std::string();
 }
 
-/// The answer is [code, message, value]; code 1 is success, 0 and -1 are not.
+/// The response is [code, message, value]; code 1 is success, 0 and -1 are failures.
 MasterAnswer parse_answer(const std::string& answer) {
   if (answer.empty()) return MasterAnswer::None;
   for (const std::string_view tag : {"<int>", "<i4>"}) {

@@ -18,14 +18,14 @@ struct MasterAddress {
 [[nodiscard]] std::optional<MasterAddress> parse_master_uri(const std::string& uri);
 
 enum class MasterAnswer : std::uint8_t {
-  None,     ///< nothing, or nothing of a master, within the time
-  Unknown,  ///< a master that does not know the node
-  Known,    ///< a master that knows it
+  None,     ///< no response of a master within the time
+  Unknown,  ///< a master without the node
+  Known,    ///< a master with the node
 };
 
-/// Asks a master for a node (XML-RPC lookupNode), without roscpp, whose own question waits for as long as the
-/// network stack does. Takes at most `timeout`. Ends early, with None, when something can be read from
-/// `stop_fd` (negative: none). No exceptions.
+/// Queries a master for a node (XML-RPC lookupNode), without roscpp, whose query has only the network stack's
+/// time-out. Takes at most `timeout`. Returns None early if `stop_fd` becomes readable (negative: none). Does
+/// not throw.
 [[nodiscard]] MasterAnswer ask_master(const MasterAddress& master, const std::string& node,
                                       std::chrono::milliseconds timeout, int stop_fd = -1) noexcept;
 

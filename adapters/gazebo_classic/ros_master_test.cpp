@@ -17,7 +17,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-/// Listens on a port of its own, takes one connection and answers `text`; keeps it open where that is empty.
+/// Listens on its own port, accepts one connection and responds `text`; keeps it open if that is empty.
 class Listener {
  public:
   explicit Listener(std::string text) {
@@ -36,7 +36,7 @@ class Listener {
       const int connection = accept(fd_, nullptr, nullptr);
       if (connection < 0) return;
       char request[2048];
-      // The request first: closing a socket with unread bytes takes the answer back.
+      // Read the request first: closing a socket with unread bytes discards the response.
       if (recv(connection, request, sizeof request, 0) > 0) {
         send(connection, text.data(), text.size(), MSG_NOSIGNAL);
       }
@@ -106,7 +106,7 @@ TEST(AskMaster, TakesOtherServersForNone) {
   EXPECT_EQ(ask_master(Listener("\x01\x02</methodResponse>").address(), "/node", 5s), MasterAnswer::None);
 }
 
-// Answers as the ROS Master API gives them: [code, message, value], code 1 for success and -1 for an error of
+// Responses as in the ROS Master API: [code, message, value], code 1 for success and -1 for an error of
 // the caller.
 TEST(AskMaster, ReadsTheCode) {
   const auto answer = [](const std::string& code) {

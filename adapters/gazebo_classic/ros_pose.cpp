@@ -25,7 +25,7 @@ class PoseSubscription final : public RosClient {
       : topic_(std::move(topic)), callback_(std::move(callback)) {}
 
   bool connect(ros::NodeHandle& node) override {
-    // A queue and a thread of its own: nobody else need spin, and a callback of others holds nothing up.
+    // Its own queue and thread: needs no other spinner, and other callbacks cause no delay.
     ros::NodeHandle own(node);
     own.setCallbackQueue(&queue_);
     subscriber_ = own.subscribe<ros1::PoseStamped>(
@@ -43,7 +43,7 @@ class PoseSubscription final : public RosClient {
     queue_.clear();
   }
 
-  /// No call runs when it returns, and none comes later.
+  /// After it returns, no call is running or follows.
   void silence() {
     const std::lock_guard lock(mutex_);
     callback_ = nullptr;
@@ -73,12 +73,12 @@ class PoseSubscription final : public RosClient {
 std::shared_ptr<void> subscribe_ros_pose(
     const std::string& topic, std::function<void(const simulation::RigidPose&, double stamp_s)> callback) {
   try {
-    // "~/..." is Gazebo's way to say "in this world"; to ROS it would be this process's own.
+    // "~/..." means "in this world" in Gazebo; in ROS it would be the process's own namespace.
     if (!topic.empty() && topic.front() == '~') return nullptr;
     std::string problem;
     if (topic.empty() || !ros::names::validate(topic, problem)) {
-      gzerr << "[canyon] <pose_topic>: '" << topic << "' is not a name of a ROS topic: no poses come from ROS"
-            << std::endl;
+      gzerr << "[canyon] <pose_topic>: '" << topic
+            << "' is not a ROS topic name: no poses are received from ROS" << std::endl;
       return nullptr;
     }
     struct Handle {
@@ -98,7 +98,7 @@ std::shared_ptr<void> subscribe_ros_pose(
     link->add(subscription);
     return std::make_shared<Handle>(link, subscription);
   } catch (const std::exception& e) {
-    gzerr << "[canyon] <pose_topic>: no poses come from ROS: " << e.what() << std::endl;
+    gzerr << "[canyon] <pose_topic>: no poses are received from ROS: " << e.what() << std::endl;
     return nullptr;
   }
 }

@@ -8,10 +8,10 @@
 
 namespace canyon::adapters::gazebo_classic {
 
-/// Hands on every geometry_msgs/PoseStamped of a ROS topic, as it is: pose [m, unit quaternion] and
-/// header.stamp [s]. `callback` is called from a thread of ROS, one call at a time. Never blocks and never
-/// throws: without a master, poses come once there is one. Dropping what is returned ends it; when that
-/// returns, no call is running and none will come. Only where built with ROS (CANYON_WITH_ROS).
+/// Passes on every geometry_msgs/PoseStamped of a ROS topic unchanged: pose [m, unit quaternion] and
+/// header.stamp [s]. `callback` is called from a thread of ROS, one call at a time. Does not block or throw:
+/// poses arrive when there is a master. Destroying the returned object ends it; afterwards no call is running
+/// or follows. Only in builds with ROS (CANYON_WITH_ROS).
 [[nodiscard]] std::shared_ptr<void> subscribe_ros_pose(
     const std::string& topic, std::function<void(const simulation::RigidPose&, double stamp_s)> callback);
 

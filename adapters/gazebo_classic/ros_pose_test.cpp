@@ -17,7 +17,7 @@ using test::RosCore;
 using test::RosEnvironment;
 using namespace std::chrono_literals;
 
-/// The last pose that came, and the number of poses.
+/// The last received pose, and the number of poses.
 struct Inbox {
   std::mutex mutex;
   std::optional<simulation::RigidPose> pose;
@@ -38,7 +38,7 @@ struct Inbox {
   }
 };
 
-/// rostopic pub of one pose, 50 times a second.
+/// rostopic pub of one pose, at 50 Hz.
 ChildProgram publish_pose(const std::string& topic) {
   return ChildProgram(
       {"rostopic", "pub", "-r", "50", topic, "geometry_msgs/PoseStamped",

@@ -17,7 +17,7 @@ using test::eventually;
 using test::RosCore;
 using test::RosEnvironment;
 
-// A pose without symmetry: what is published is what canyon live receives.
+// A pose without symmetry: canyon live receives the published pose.
 void expect_to_arrive(const std::string& type, const std::string& message,
                       const std::vector<std::string>& options) {
   const RosCore core;

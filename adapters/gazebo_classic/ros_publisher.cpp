@@ -18,7 +18,7 @@ namespace {
 
 namespace ros1 = ros_messages::ros1;
 
-constexpr std::uint32_t kQueue = 10;  // a second of a 10 Hz receiver, for a subscriber that is slow
+constexpr std::uint32_t kQueue = 10;  // a second of a 10 Hz receiver, for a slow subscriber
 
 /// The topics of one receiver. The link's thread makes and ends them, the simulation's publishes.
 class ReceiverTopics final : public RosClient {
@@ -36,7 +36,7 @@ class ReceiverTopics final : public RosClient {
     if (!names_.scan.empty()) made.scan = node.advertise<ros1::LaserScan>(names_.scan, kQueue);
     if (!made.fix || !made.fix_velocity || !made.gnss_multipath || !made.satellites ||
         !made.raw_observations || (!names_.scan.empty() && !made.scan))
-      return false;  // the master went away; topics end with `made`
+      return false;  // the master was lost; topics end with `made`
     const std::lock_guard lock(mutex_);
     publishers_ = std::move(made);
     return true;
@@ -44,7 +44,7 @@ class ReceiverTopics final : public RosClient {
 
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> advertised() const override {
     namespace traits = ros::message_traits;
-    // The names that ROS gave them: remapped on gzserver's command line, perhaps.
+    // Their names in ROS, possibly remapped on gzserver's command line.
     const std::lock_guard lock(mutex_);
     if (!publishers_) return {};
     std::vector<std::pair<std::string, std::string>> topics{
@@ -70,7 +70,7 @@ class ReceiverTopics final : public RosClient {
                                    static_cast<std::uint32_t>(report.sim_time_ns % kSecond_ns)},
                                   frame_id_};
     const simulation::Epoch* epoch = report.step != nullptr ? &report.step->epoch : nullptr;
-    // Phases are followed whether somebody listens or not; other messages without subscribers are not made.
+    // Phases are tracked even without subscribers; other messages are not made without subscribers.
     const auto raw = raw_.message<ros1::GnssRawObservations>(head, epoch);
     const std::lock_guard lock(mutex_);
     if (!publishers_) return;
@@ -91,7 +91,7 @@ class ReceiverTopics final : public RosClient {
     }
   }
 
-  /// Time begins anew.
+  /// Time restarts.
   void reset() { raw_.reset(); }
 
  private:

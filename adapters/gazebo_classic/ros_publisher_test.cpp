@@ -48,7 +48,7 @@ class RosPublisher : public testing::Test {
     RosEnvironment::get();
   }
 
-  /// Publishes the report again and again, 50 times a second, until `command` has ended.
+  /// Publishes the report at 50 Hz until `command` has ended.
   ProgramResult publish_while(const std::string& command, live::EpochPublisher& publisher,
                               const live::ReceiverReport& report) {
     auto result = std::async(std::launch::async, [&] { return run_program("timeout 60 " + command); });
@@ -83,7 +83,7 @@ TEST_F(RosPublisher, WithoutMasterNothingWaits) {
   EXPECT_LT(Clock::now() - begin, 1s);
   const auto end = Clock::now();
   publisher.reset();
-  EXPECT_LT(Clock::now() - end, 1500ms);  // less than the 2 s after which a thread is left behind
+  EXPECT_LT(Clock::now() - end, 1500ms);  // less than the 2 s after which a thread is abandoned
 }
 
 TEST_F(RosPublisher, ComesWithAMasterThatComesLater) {
@@ -250,7 +250,7 @@ TEST_F(RosPublisher, ABagGivesBackTheSameBytes) {
 TEST_F(RosPublisher, OutlivesAMasterAndFindsTheNext) {
   const SampleReport sample;
   std::unique_ptr<live::EpochPublisher> publisher;
-  // A subscriber that lives through it all.
+  // A subscriber during the whole test.
   std::unique_ptr<ChildProgram> listener;
   const std::filesystem::path received = RosEnvironment::get().folder() / "heard.csv";
   std::ofstream(received).flush();
@@ -282,7 +282,7 @@ TEST_F(RosPublisher, OutlivesAMasterAndFindsTheNext) {
   }
   const auto end = Clock::now();
   publisher.reset();
-  EXPECT_LT(Clock::now() - end, 1900ms);  // roscore is gone, and nothing was left behind
+  EXPECT_LT(Clock::now() - end, 1900ms);  // roscore has ended, and no thread was abandoned
   EXPECT_FALSE(ros::ok());
 }
 
@@ -300,7 +300,7 @@ TEST_F(RosPublisher, LeavesAMasterThatHangsBehind) {
   begin = Clock::now();
   publisher.reset();
   EXPECT_LT(Clock::now() - begin, 3s);
-  // The next receiver does not wait either, and comes when the master does.
+  // The next receiver does not wait either, and is published when the master is there.
   begin = Clock::now();
   publisher = make_ros_publisher(sample_identity(), settings_in("/next"), {});
   publisher->publish(sample.report);
@@ -329,14 +329,14 @@ TEST_F(RosPublisher, GivesReceiversOfAModelTopicsOfTheirOwn) {
   const RosCore core;
   HostSettings settings;
   const auto first = make_ros_publisher(sample_identity(), settings, {});
-  const auto second = make_ros_publisher(sample_identity(), settings, {});  // the model's name is taken
+  const auto second = make_ros_publisher(sample_identity(), settings, {});  // the model's name is in use
   std::string listed;
   EXPECT_TRUE(eventually([&] {
     listed = run_program("rostopic list 2>&1").output;
     return listed.find("/iris/gps0/link/gps/fix\n") != std::string::npos;
   })) << listed;
   EXPECT_THAT(listed, HasSubstr("/iris/fix\n"));
-  EXPECT_EQ(listed.find("/scan\n"), std::string::npos);  // output_type does not ask for it
+  EXPECT_EQ(listed.find("/scan\n"), std::string::npos);  // not requested by output_type
   EXPECT_THROW((void)make_ros_publisher(sample_identity(), settings, {}), InputError);
   const auto third = make_ros_publisher(sample_identity(), settings_in("/own"), {});
   EXPECT_THROW((void)make_ros_publisher(sample_identity(), settings_in("/own"), {}), InputError);

@@ -1,5 +1,5 @@
-// Compiled as C++17: the generated class of a service has requests with std::allocator, which is what its
-// checksum depends on (see adapters/ros/ros1_types.hpp).
+// Compiled as C++17: the generated class of a service has requests with std::allocator, on which its checksum
+// depends (see adapters/ros/ros1_types.hpp).
 #include "adapters/gazebo_classic/ros_services.hpp"
 
 #include <canyon_msgs/FaultCommand.h>
@@ -21,7 +21,7 @@ class Services final : public RosClient {
 
   bool connect(ros::NodeHandle& node) override {
     for (const RosService& service : services_) {
-      // A queue and a thread of its own: nobody else need spin.
+      // Its own queue and thread: needs no other spinner.
       auto options = ros::AdvertiseServiceOptions::create<FaultCommand>(
           service.name,
           [call = service.call](FaultCommand::Request& request, FaultCommand::Response& response) {
@@ -33,7 +33,7 @@ class Services final : public RosClient {
           ros::VoidConstPtr(), &queue_);
       servers_.push_back(node.advertiseService(options));
       if (servers_.back()) continue;
-      servers_.clear();  // the master went away
+      servers_.clear();  // the master was lost
       return false;
     }
     spinner_.emplace(1, &queue_);

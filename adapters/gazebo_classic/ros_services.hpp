@@ -19,7 +19,7 @@ struct RosService {
   std::function<std::pair<bool, std::string>(const std::string&)> call;
 };
 
-/// Offers services for as long as it is in a RosLink, with each master that comes.
+/// Offers services while it is in a RosLink, with each new master.
 [[nodiscard]] std::shared_ptr<RosClient> make_ros_services(std::vector<RosService> services);
 
 }  // namespace canyon::adapters::gazebo_classic

@@ -8,7 +8,7 @@
 #include "adapters/gazebo_classic/testing/ros_core.hpp"
 #include "tests/support/program.hpp"
 
-// A process where somebody else set ROS up, as gazebo_ros does.
+// A process in which ROS is already set up, as by gazebo_ros.
 
 namespace canyon::adapters::gazebo_classic {
 namespace {

@@ -1,4 +1,4 @@
-// Receivers in a running gzserver as ROS sees them.
+// Receivers in a running gzserver, tested through ROS.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ class RosWorld : public testing::Test {
     RosEnvironment::get();
   }
 
-  /// One message as `rostopic echo -p` prints it, while the world goes on.
+  /// One message printed by `rostopic echo -p` while the world advances.
   std::map<std::string, std::string> echo(const std::string& topic) {
     auto result = std::async(std::launch::async, [&] {
       return run_program("timeout 60 rostopic echo -n 1 -p " + topic + " 2>&1");
@@ -54,7 +54,7 @@ class RosWorld : public testing::Test {
     }
     return fields;
   }
-  /// The answer that a node of another process receives: "True added ...".
+  /// The response received by a node of another process: "True added ...".
   static std::string ask_service(const std::string& service, const std::string& fault) {
     const std::string call =
         "import rospy; from canyon_msgs.srv import FaultCommand; rospy.init_node('asker', anonymous=True); "
@@ -104,7 +104,7 @@ TEST_F(RosWorld, ThePapersSnippetSpeaksRos) {
 TEST_F(RosWorld, TruthComesFromRos) {
   const RosCore core;
   InProcessServer& server = InProcessServer::get();
-  // The name differs from the world's before: a message to that one may still be under way.
+  // The name differs from the previous world's: a message to that world may still be in transit.
   std::string world =
       street_world(street_car(test::paper_elements() + "<pose_topic>/mocap/car</pose_topic>"));
   const std::string name = "<world name='street'>";
@@ -123,7 +123,7 @@ TEST_F(RosWorld, TruthComesFromRos) {
   server.unload();
 }
 
-// A fault by a service, as a node of another process calls it: the receiver loses its fix and has it again.
+// A fault by a service called by a node of another process: the receiver loses its fix and regains it.
 TEST_F(RosWorld, FaultsComeAndGoByServices) {
   InProcessServer& server = InProcessServer::get();
   const std::string open_sky =
@@ -139,7 +139,7 @@ TEST_F(RosWorld, FaultsComeAndGoByServices) {
     while (reply.wait_for(5ms) != std::future_status::ready) server.step(10);
     return reply.get();
   };
-  // Services come back with a new master, as topics do.
+  // Services return with a new master, like topics.
   for (int master = 0; master < 2; ++master) {
     const RosCore core;
     const std::string dark = "dark" + std::to_string(master);
@@ -154,7 +154,7 @@ TEST_F(RosWorld, FaultsComeAndGoByServices) {
   server.unload();
 }
 
-// The settings say nothing about changes.
+// The settings do not mention changes.
 TEST_F(RosWorld, FaultsAreRefusedUnlessTheyAreAllowed) {
   const RosCore core;
   InProcessServer& server = InProcessServer::get();

@@ -44,7 +44,7 @@ Eigen::Vector3d vector(const gazebo::msgs::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
 }
 
-/// The node has no triangles where the submesh holds lines, points or strips.
+/// The node has no triangles if the submesh has lines, points or strips.
 MeshNode read_submesh(const gazebo::common::SubMesh& submesh) {
   MeshNode node{submesh.GetName(), {}, {}, {}};
   if (submesh.GetPrimitiveType() != gazebo::common::SubMesh::TRIANGLES) return node;
@@ -62,16 +62,16 @@ boost::shared_ptr<HeightmapShape> heightmap_of(const gazebo::physics::Collision&
                                                         : nullptr;
 }
 
-/// Whether rays can meet a collision. Gazebo has the rays of sensors as collisions too.
+/// Whether rays can hit a collision. In Gazebo, rays of sensors are collisions too.
 bool is_thing(const gazebo::physics::Collision& collision) {
   const gazebo::physics::ShapePtr shape = collision.GetShape();
   return shape && !collision.HasType(Base::SENSOR_COLLISION) && !shape->HasType(Base::RAY_SHAPE) &&
          !shape->HasType(Base::MULTIRAY_SHAPE);
 }
 
-/// Gazebo scales a visual in its SDF; the message stays as it was loaded.
+/// Gazebo scales a visual in its SDF; the message is as loaded.
 Geometry geometry_of(const gazebo::physics::Link& link, const gazebo::msgs::Visual& visual) {
-  // GetSDF() is not const, but changes nothing.
+  // GetSDF() is not const but has no side effects.
   const sdf::ElementPtr sdf = const_cast<gazebo::physics::Link&>(link).GetSDF();
   const std::string scope = link.GetScopedName() + "::";
   for (sdf::ElementPtr e = sdf->HasElement("visual") ? sdf->GetElement("visual") : nullptr; e;
@@ -82,7 +82,7 @@ Geometry geometry_of(const gazebo::physics::Link& link, const gazebo::msgs::Visu
 }
 
 /// Whether Gazebo can read a mesh file. Its reader of COLLADA crashes on a file that is not COLLADA, and on
-/// one that was cut off. Nobody checks meshes of visuals before: a server does not read them.
+/// truncated files. Meshes of visuals are not checked before: a server does not read them.
 bool is_safe(const std::string& file) {
   if (!lower_case(file).ends_with(".dae")) return true;
   std::ifstream in(file, std::ios::binary);
@@ -178,7 +178,7 @@ void add(LinkShapes& shapes, const Place& place, const Geometry& geometry) {
     case Geometry::EMPTY:
       return;
     default:
-      return shapes.leave_out(place, fmt::format("rays do not meet <{}> geometry", kind_of(geometry)));
+      return shapes.leave_out(place, fmt::format("rays cannot hit <{}> geometry", kind_of(geometry)));
   }
 }
 
@@ -219,13 +219,14 @@ city::Mesh ShapeMeshes::link_mesh(const gazebo::physics::Link& link, std::vector
       if (visual.has_pose()) place.link_from_shape = eigen(gazebo::msgs::ConvertIgn(visual.pose()));
       place.material = city::material_from_name(visual.material().script().name());
       const Geometry geometry = geometry_of(link, visual);
-      // A server keeps heights only for collisions; the two are one terrain as a rule.
+      // A server keeps heights only for collisions; both are usually the same terrain.
       boost::shared_ptr<HeightmapShape> heightmap;
       if (geometry.type() == Geometry::HEIGHTMAP) {
         for (const gazebo::physics::CollisionPtr& collision : link.GetCollisions())
           if (!heightmap) heightmap = heightmap_of(*collision);
         if (!heightmap) {
-          shapes.leave_out(place, "a heightmap has heights in a server only as a collision of the same link");
+          shapes.leave_out(
+              place, "in a server a heightmap has heights only if it is also a collision of the same link");
           continue;
         }
       }

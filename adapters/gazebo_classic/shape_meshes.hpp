@@ -9,20 +9,21 @@
 
 namespace canyon::adapters::gazebo_classic {
 
-/// Turns the shapes of Gazebo's links into triangles.
+/// Converts the shapes of Gazebo's links to triangles.
 class ShapeMeshes {
  public:
   /// @param visual visuals instead of collisions
-  /// @param physics_engine gazebo::physics::PhysicsEngine::GetType(): states which way rows of heightmaps run
+  /// @param physics_engine gazebo::physics::PhysicsEngine::GetType(): determines the direction of heightmap
+  /// rows
   ShapeMeshes(bool visual, const std::string& physics_engine);
 
-  /// All shapes of a link [m], in the link's frame, as LinkShapes::take() says; names are
-  /// "model::link::collision". Shapes that cannot be taken go to `notes`, one line each.
+  /// All shapes of a link [m], in the link's frame, see LinkShapes::take(); names are
+  /// "model::link::collision". Omitted shapes are listed in `notes`, one line each.
   [[nodiscard]] city::Mesh link_mesh(const gazebo::physics::Link& link,
                                      std::vector<std::string>& notes) const;
 
-  /// Changes where a shape of the link changes: kind, size, scale, mesh, place, number. Heights of heightmaps
-  /// are not looked at.
+  /// Changes if a shape of the link changes: kind, size, scale, mesh, pose, number. Ignores heights of
+  /// heightmaps.
   [[nodiscard]] std::uint64_t fingerprint(const gazebo::physics::Link& link) const;
 
  private:

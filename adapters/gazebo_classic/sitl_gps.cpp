@@ -16,7 +16,7 @@ namespace {
 
 namespace pb = google::protobuf;
 
-/// One field: its name and number on PX4's side, and where its value stands.
+/// One field: its name and number on PX4's side, and the member with its value.
 struct Field {
   const char* name;
   int number;
@@ -38,8 +38,8 @@ constexpr std::array<Field, 11> kFields{{
     {"velocity_up", 11, false, nullptr, &SitlGps::velocity_up_mps},
 }};
 
-/// The type made at run time, in a pool of its own, so that PX4's may come later. It lives as long as the
-/// process: messages on their way outlive whoever published them.
+/// The type made at run time, in its own pool, so that PX4's may be loaded later. It lives as long as the
+/// process: messages in transit outlive their publisher.
 const pb::Message& run_time_prototype() {
   static const pb::Message* const prototype = [] {
     pb::FileDescriptorProto file;
@@ -63,8 +63,8 @@ const pb::Message& run_time_prototype() {
   return *prototype;
 }
 
-/// Sets a field by its name, if the class has it, in the number type that the class has for it: PX4 changed
-/// those between releases.
+/// Sets a field by its name, if the class has it, in the class's number type: PX4 changed types between
+/// releases.
 void set(pb::Message& message, const Field& field, const SitlGps& gps) {
   const pb::FieldDescriptor* const f = message.GetDescriptor()->FindFieldByName(field.name);
   if (f == nullptr || f->is_repeated()) return;
@@ -114,7 +114,7 @@ SitlGpsMessage::SitlGpsMessage() = default;
 SitlGpsMessage::~SitlGpsMessage() = default;
 
 void SitlGpsMessage::choose_class() {
-  // Asked again until the process has it: its library may come with a model that is inserted later.
+  // Checked again until the process has it: its library may be loaded with a model that is inserted later.
   if (generated_) return;
   const pb::Descriptor* const type =
       pb::DescriptorPool::generated_pool()->FindMessageTypeByName(kSitlGpsType);

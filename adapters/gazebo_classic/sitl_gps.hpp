@@ -14,7 +14,7 @@ class Message;
 
 namespace canyon::adapters::gazebo_classic {
 
-/// The fields of sensor_msgs.msgs.SITLGps that PX4's bridge for Gazebo Classic reads.
+/// The fields of sensor_msgs.msgs.SITLGps read by PX4's bridge for Gazebo Classic.
 struct SitlGps {
   std::uint64_t time_usec = 0;      ///< simulated time [us]
   std::uint64_t time_utc_usec = 0;  ///< time of reception, UTC, since 1970-01-01 [us]
@@ -29,23 +29,23 @@ struct SitlGps {
   double velocity_up_mps = 0;
 };
 
-/// Empty without truth, fix or velocity, since the bridge takes every message for a 3D fix with velocity.
+/// Empty without truth, fix or velocity, since the bridge treats every message as a 3D fix with velocity.
 [[nodiscard]] std::optional<SitlGps> sitl_gps_of(const live::ReceiverReport& report);
 
 /// "sensor_msgs.msgs.SITLGps".
 inline constexpr const char* kSitlGpsType = "sensor_msgs.msgs.SITLGps";
 
-/// Makes messages of type kSitlGpsType without bringing a class for it. PX4's plugins in the same process
-/// bring theirs, a second one under that name would end the process, and subscribers in the process are
-/// handed the object itself, which has to be of their class. So the class is PX4's where the process has it,
-/// loaded before or after, and else one made at run time. Not thread-safe.
+/// Makes messages of type kSitlGpsType without linking a class for it. PX4's plugins in the same process link
+/// theirs; a second class of that name would end the process, and subscribers in the process get the object
+/// itself, which must be of their class. So the class is PX4's if the process has it, loaded before or after,
+/// else one made at run time. Not thread-safe.
 class SitlGpsMessage {
  public:
   SitlGpsMessage();
   ~SitlGpsMessage();
 
-  /// The message, valid until the next call; null where the process's own class needs a field that Canyon
-  /// does not have: problem() names it.
+  /// The message, valid until the next call; null if the process's own class requires a field unknown to
+  /// Canyon, named by problem().
   [[nodiscard]] const google::protobuf::Message* fill(const SitlGps& gps);
   [[nodiscard]] const std::string& problem() const { return problem_; }
   /// Whether the process's own class is in use.

@@ -18,7 +18,7 @@ namespace canyon::adapters::gazebo_classic {
 namespace {
 
 constexpr double kUpdateInterval_s = 0.1;  // of wall time
-/// Everything is sent again after this, for clients whose arrival went unnoticed.
+/// Everything is sent again after this time, for clients that connected unnoticed.
 constexpr double kRepeatInterval_s = 5;
 
 void fill(gazebo::msgs::Visual& message, const VisualLedger::Change& change) {
@@ -36,16 +36,16 @@ void fill(gazebo::msgs::Visual& message, const VisualLedger::Change& change) {
   }
   gazebo::msgs::Set(message.mutable_pose(), ignition::math::Pose3d(ignition_from(shape.centre), turn));
   message.set_visible(true);
-  // The rest is costly to clients, which compile their shaders anew for each colour.
+  // The rest is expensive for clients, which recompile their shaders for each colour.
   if (!change.whole) return;
   message.set_cast_shadows(false);
   message.set_transparency(1 - shape.colour.a);
   set_material(*message.mutable_material(), shape);
 }
 
-/// Draws by messages on ~/visual, which every scene listens to, in clients as well as behind camera sensors.
-/// (Markers reach only one of them: they are a service, and the first to answer takes them.) Shapes belong to
-/// the world and not to the vehicle, so that its visuals, frames and selection stay its own.
+/// Draws by messages on ~/visual, subscribed to by every scene, in clients and of camera sensors. (Markers
+/// reach only one scene: they are a service, handled by the first to respond.) Shapes belong to the world and
+/// not to the vehicle, so that its visuals, frames and selection are unaffected.
 class SceneVisuals final : public live::EpochPublisher {
  public:
   SceneVisuals(const gazebo::transport::NodePtr& node, const ReceiverIdentity& identity,
@@ -84,7 +84,7 @@ class SceneVisuals final : public live::EpochPublisher {
  private:
   static constexpr unsigned kQueueLimit = 5000;  // a few updates of every shape
 
-  /// A picture that fails must not end the simulation.
+  /// A drawing error must not end the simulation.
   template <typename Action>
   void safely(Action action) noexcept {
     try {
@@ -124,7 +124,7 @@ class SceneVisuals final : public live::EpochPublisher {
     return message;
   }
 
-  /// Hides all shapes first, since scenes take a request to remove only with their next picture.
+  /// Hides all shapes first, since scenes process a removal only with their next frame.
   void remove() {
     send({}, false);
     for (const std::string& name : ledger_.clear()) {

@@ -29,7 +29,7 @@ void expect_near(const Vector3d& is, const Vector3d& should, double tolerance = 
   EXPECT_LT((is - should).Length(), tolerance) << is << " should be " << should;
 }
 
-/// Listens as a client does.
+/// Subscribes like a client.
 class Client {
  public:
   explicit Client(const std::string& world) : node_(new gazebo::transport::Node()) {
@@ -41,7 +41,7 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// Waits until a visual whose name ends so arrives with such a visibility, or for 10 s.
+  /// Waits, at most 10 s, for a visual with this end of its name and this visibility.
   bool sees(const std::string& ending, bool visible = true) {
     return wait([&] {
       const auto found = find(ending);
@@ -123,7 +123,7 @@ class Visuals : public testing::Test {
     test::InProcessServer::get().unload();
   }
 
-  /// Publishes until something new of such a visual arrives: the clock on the wall limits the rate.
+  /// Publishes until a new message of this visual arrives: the rate is limited in wall time.
   static void publish_news(live::EpochPublisher& visuals, const live::ReceiverReport& report, Client& client,
                            const std::string& ending) {
     const int before = client.count_of(ending);
@@ -133,7 +133,7 @@ class Visuals : public testing::Test {
     }
   }
 
-  static inline gazebo::physics::WorldPtr world_;  // one for all tests: nothing of them stays in it
+  static inline gazebo::physics::WorldPtr world_;  // shared by all tests, which leave nothing in it
   gazebo::transport::NodePtr node_;
   ReceiverIdentity identity_;
   HostSettings settings_;
@@ -180,7 +180,7 @@ TEST_F(Visuals, ReachAClientAndLeaveIt) {
     EXPECT_TRUE(client.sees(name, false)) << name;
     EXPECT_TRUE(client.sees_removal_of(name)) << name;
   }
-  // The server takes such requests for models that it has not, and lives on.
+  // The server accepts such requests for missing models, and continues.
   test::InProcessServer::get().step(3);
   EXPECT_TRUE(world_->ModelByName("car"));
 }
@@ -195,7 +195,7 @@ TEST_F(Visuals, VanishOnResetAndComeBack) {
   visuals->reset();
   ASSERT_TRUE(client.sees("G05.direct", false));
   ASSERT_TRUE(client.sees("bubble", false));
-  visuals->publish(sky.report);  // at once, whatever the rate
+  visuals->publish(sky.report);  // at once, independent of the rate
   EXPECT_TRUE(client.sees("G05.direct"));
 }
 

@@ -92,7 +92,7 @@ class GazeboWorld final : public live::HostWorld {
   }
 
  private:
-  /// Models are asked for only in the step that named them.
+  /// Models are read only in the step that listed them.
   [[nodiscard]] ModelPtr at(Id model) const { return ModelPtr(models_.at(model)); }
   boost::shared_ptr<Link> locked(Id link) {
     const auto known = links_.find(link);
@@ -104,10 +104,10 @@ class GazeboWorld final : public live::HostWorld {
 
   boost::weak_ptr<gazebo::physics::World> world_;
   ShapeMeshes shapes_;
-  // Weak, since a model holds its plugins, and with them this.
+  // Weak, since a model owns its plugins, and thereby this object.
   std::unordered_map<Id, boost::weak_ptr<Model>> models_;
   std::unordered_map<Id, boost::weak_ptr<Link>> links_;
-  std::atomic<bool> due_{true};  // the world went on since the last look at it
+  std::atomic<bool> due_{true};  // the world advanced since it was last read
   gazebo::event::ConnectionPtr on_update_, on_reset_;
 };
 

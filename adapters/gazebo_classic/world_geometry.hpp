@@ -8,14 +8,14 @@
 
 namespace canyon::adapters::gazebo_classic {
 
-/// The scene of a Gazebo world that its receivers share. It holds the world weakly.
+/// The scene of a Gazebo world, shared by its receivers. It holds a weak reference to the world.
 [[nodiscard]] std::shared_ptr<live::WorldScene> scene_of(const gazebo::physics::WorldPtr& world,
                                                          const live::WorldScene::Options& options);
 
-/// Empty where the world has no spherical_coordinates.
+/// Empty if the world has no spherical_coordinates.
 [[nodiscard]] std::optional<live::HostOrigin> origin_of(const gazebo::physics::World& world);
 
-/// The topmost model that `model` belongs to, as the scene knows it.
+/// The scene's ID of the topmost model of `model`.
 [[nodiscard]] live::HostWorld::Id topmost_id(const gazebo::physics::ModelPtr& model);
 
 }  // namespace canyon::adapters::gazebo_classic

@@ -54,7 +54,7 @@ std::optional<raytrace::Hit> cast(const live::WorldScene& geometry, const Vector
                                   const Vector3d& towards) {
   return geometry.scene()->scene.cast({origin, towards.normalized()});
 }
-/// Range, negative where the triangle is met from behind; infinite without a hit.
+/// Range, negative if the triangle is hit from behind; infinite without a hit.
 double range(const live::WorldScene& geometry, const Vector3d& origin, const Vector3d& towards) {
   const auto hit = cast(geometry, origin, towards);
   if (!hit) return std::numeric_limits<double>::infinity();
@@ -62,7 +62,7 @@ double range(const live::WorldScene& geometry, const Vector3d& origin, const Vec
 }
 constexpr double kNothing = std::numeric_limits<double>::infinity();
 
-/// The same ray by Gazebo's own physics engine: an independent check of where shapes stand.
+/// The same ray by Gazebo's own physics engine: an independent check of positions of shapes.
 double physics_range(const WorldPtr& world, const Vector3d& origin, const Vector3d& towards) {
   const auto ray = boost::dynamic_pointer_cast<gazebo::physics::RayShape>(
       world->Physics()->CreateShape("ray", gazebo::physics::CollisionPtr()));
@@ -121,7 +121,7 @@ TEST_F(WorldGeometryTest, PrimitivesStandWhereGazeboHasThem) {
   outside({10, 0, 20}, {0, 0, -1}, 20 - 6);
   EXPECT_NEAR(range(*geometry, {10, 0, 3}, axis), -1, kExact);
   EXPECT_NEAR(range(*geometry, {10, 0, 3}, {0, 0, 1}), -3, kExact);
-  // The drum's collision stands 1 m above its link; rays at its edges (multiples of 360/32 deg) are exact,
+  // The drum's collision is 1 m above its link; rays at its edges (multiples of 360/32 deg) are exact,
   // between them the prism is short by 2 m * (1 - cos(pi / 32)).
   outside({0, 10, 0}, {0, 1, 0}, 8);
   outside({0, 20, 12}, {0, 0, -1}, 12 - 5);
@@ -132,7 +132,7 @@ TEST_F(WorldGeometryTest, PrimitivesStandWhereGazeboHasThem) {
   outside({-30, 0, 30}, {0, 0, -1}, 30 - 9);
   outside({0, 0, 5}, {-1, 0, 0}, 26);
   EXPECT_NEAR(range(*geometry, {-30, 0, 5}, {0, 1, 0}), -4, kExact);
-  // The floor reaches 25 m in x and 40 m in y, as SDF says; ODE's own has no end.
+  // The floor reaches 25 m in x and 40 m in y, as in SDF; ODE's own is infinite.
   outside({20, 30, 0}, {0, 0, -1}, 7);
   EXPECT_NEAR(range(*geometry, {20, 30, -10}, {0, 0, 1}), -3, kExact);
   EXPECT_EQ(range(*geometry, {26, 0, 0}, {0, 0, -1}), kNothing);
@@ -172,7 +172,7 @@ TEST_F(WorldGeometryTest, SurfacesByName) {
   EXPECT_THAT(geometry->take_notes(), ElementsAre(HasSubstr("'canyon_ground_plane'")));
 }
 
-/// A tetrahedron with its right-angled corner at (1, 2, 3) and legs of 6, 4, 2 m, and a sheet beside it.
+/// A tetrahedron with its right-angled corner at (1, 2, 3) and legs of 6, 4, 2 m, and a sheet next to it.
 constexpr const char* kObj = R"(o corner
 v 1 2 3
 v 7 2 3
@@ -201,7 +201,7 @@ TEST_F(WorldGeometryTest, MeshWithScaleAndMirror) {
   both({2, 2.5, 0}, {0, 0, 1}, 3);
   // Inside, to the slope (x-1)/6 + (y-2)/4 + (z-3)/2 = 1: at x 2.5, y 3, z = 3 + 2 * (1 - 0.25 - 0.25).
   EXPECT_NEAR(range(*geometry, {2.5, 3, 3.5}, {0, 0, 1}), -0.5, kExact);
-  // Doubled and turned by 90 deg: the corner is at (100 - 4, 2, 9), its long leg runs along y.
+  // Doubled and rotated by 90 deg: the corner is at (100 - 4, 2, 9), its long leg runs along y.
   both({95, -10, 9.5}, {0, 1, 0}, 12);
   // Mirrored: the corner is at (-1, 102, 3) and the long leg runs to -7.
   both({4, 102.5, 3.2}, {-1, 0, 0}, 5);
@@ -224,7 +224,7 @@ TEST_F(WorldGeometryTest, MeshThatIsInsideOutIsTurned) {
 }
 
 /// Written by `canyon city build c.obj --origin 22.3,114.2,10 -o town/` of a box (10..14, 20..26, 0..30) with
-/// one wall of glass in the south and a tetrahedron of foliage; the link stands at (2, 8, 15).
+/// one wall of glass in the south and a tetrahedron of foliage; the link is at (2, 8, 15).
 constexpr const char* kCanyonMesh = R"(<?xml version="1.0" encoding="UTF-8"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset>
 <contributor><authoring_tool>Canyon</authoring_tool><comments>Canyon city, one object in each node. collision mesh</comments></contributor>
@@ -332,7 +332,7 @@ TEST_F(WorldGeometryTest, SubmeshAlone) {
                       model("centred", true, "100 0 0 0 0 0", submesh("foliage_x003A_Oak_7", true)) +
                       model("missing", true, "200 0 0 0 0 0", submesh("Elm", false)));
   const auto geometry = updated(w);
-  // The foliage's floor lies at z -12, its top at -9; centred about its bounds at -1.5.
+  // The foliage's floor is at z -12, its top at -9; centred about its bounds at -1.5.
   EXPECT_NEAR(range(*geometry, {-11, -17, -20}, {0, 0, 1}), 8, kExact);
   EXPECT_EQ(range(*geometry, {10, 0, 0}, {0, 1, 0}), kNothing) << "the tower was not chosen";
   EXPECT_NEAR(range(*geometry, {100, 0, -20}, {0, 0, 1}), 18.5, kExact);
@@ -344,8 +344,8 @@ TEST_F(WorldGeometryTest, SubmeshAlone) {
 class WorldGeometryByEngine : public WorldGeometryTest, public ::testing::WithParamInterface<const char*> {};
 
 TEST_P(WorldGeometryByEngine, Heightmap) {
-  // 17 x 17 grey values 8 * column + 7 * (16 - row), at most 240, which Gazebo stretches to the height of
-  // 12 m: z = 12 * (128 * (x / 80 + 0.5) + 112 * (y / 40 + 0.5)) / 240 on 80 m x 40 m.
+  // 17 x 17 grey values 8 * column + 7 * (16 - row), at most 240, which Gazebo scales to the height of 12 m:
+  // z = 12 * (128 * (x / 80 + 0.5) + 112 * (y / 40 + 0.5)) / 240 on 80 m x 40 m.
   std::vector<unsigned char> pixels;
   for (int row = 0; row < 17; ++row) {
     for (int column = 0; column < 17; ++column) {
@@ -368,7 +368,8 @@ TEST_P(WorldGeometryByEngine, Heightmap) {
   };
   for (const auto& [x, y] : {std::pair{0.3, 0.2}, {-31.0, 13.3}, {22.2, -17.7}, {38.0, 18.5}}) {
     EXPECT_NEAR(range(*geometry, {x, y, 50}, {0, 0, -1}), 50 - height(x, y), kExact);
-    // Bullet leaves out <pos> and centres heights, DART has no rays: these stand where SDF says all the same.
+    // Bullet leaves out <pos> and centres heights, DART has no rays: Canyon's shapes are positioned as in SDF
+    // in any case.
     if (std::string(GetParam()) == "ode") {
       EXPECT_NEAR(physics_range(w, {x, y, 50}, {0, 0, -1}), 50 - height(x, y), kExact);
     }
@@ -379,7 +380,7 @@ TEST_P(WorldGeometryByEngine, Heightmap) {
   EXPECT_EQ(geometry->scene()->city.mesh.objects[0].surface, city::Surface::Terrain);
   EXPECT_EQ(geometry->scene()->scene.placement({1, 1, 3}), raytrace::Placement::UnderTerrain);
 }
-// Rows of heights run the other way in all but ODE.
+// Rows of heights have the opposite order in all engines except ODE.
 INSTANTIATE_TEST_SUITE_P(Engines, WorldGeometryByEngine, ::testing::Values("ode", "bullet", "dart"));
 
 TEST_F(WorldGeometryTest, PolylineWithAHole) {
@@ -420,7 +421,7 @@ TEST_F(WorldGeometryTest, WhatCannotBeTakenIsNamedOnce) {
               ::testing::UnorderedElementsAre(
                   HasSubstr("'lost::link::shape' is left out: its mesh '/nowhere/lost.dae' is not found"),
                   HasSubstr("'flat::link::shape' is left out: a mesh with a scale of 0"),
-                  HasSubstr("world 'w' holds no collision geometry")));
+                  HasSubstr("world 'w' has no collision geometry")));
   server().step();
   geometry->update({});
   EXPECT_THAT(geometry->take_notes(), IsEmpty());
@@ -449,7 +450,7 @@ TEST_F(WorldGeometryTest, VisualsByChoice) {
 }
 
 TEST_F(WorldGeometryTest, BrokenFilesAreNamed) {
-  // A server does not look at files of visuals, so that nobody has complained before.
+  // A server does not read files of visuals, so errors were not reported before.
   std::string models;
   for (const std::string name : {"cut.dae", "junk.obj", "junk.stl", "empty.dae"}) {
     const std::string text = name == "cut.dae"     ? std::string(kCanyonMesh).substr(0, 3000)
@@ -496,7 +497,7 @@ TEST_F(WorldGeometryTest, TurnedByTheHeading) {
                       model("cart", false, "0 20 0 0 0 0", box("2 2 2")));
   const double heading = geodesy::radians(30);
   const auto geometry = updated(w, false, heading);
-  // World x lies 30 deg counter-clockwise from east.
+  // World x is 30 deg counter-clockwise from east.
   EXPECT_NEAR(range(*geometry, {0, 0, 0}, {std::cos(heading), std::sin(heading), 0}), 9, kExact);
   EXPECT_NEAR(range(*geometry, {0, 0, 0}, {-std::sin(heading), std::cos(heading), 0}), 19, kExact);
   EXPECT_EQ(range(*geometry, {0, 0, 0}, {1, 0, 0}), kNothing);
@@ -509,7 +510,7 @@ TEST_F(WorldGeometryTest, ModelsComeAndGo) {
   const auto geometry = updated(w);
   const auto generation = geometry->generation();
   const auto go_on = [&](unsigned count) {
-    // Gazebo takes such requests by the wall clock, five times a second.
+    // Gazebo handles such requests five times per second of wall time.
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
     while (w->ModelCount() != count && std::chrono::steady_clock::now() < deadline) server().step();
     ASSERT_EQ(w->ModelCount(), count);
@@ -529,7 +530,7 @@ TEST_F(WorldGeometryTest, ModelsComeAndGo) {
   EXPECT_EQ(range(*geometry, {0, 0, 0}, {1, 0, 0}), kNothing);
   EXPECT_NEAR(range(*geometry, {0, 0, 0}, {-1, 0, 0}), 9, kExact);
   EXPECT_EQ(geometry->generation(), generation + 1);
-  // A new one of the old name is another model.
+  // A new model with the old name is another model.
   w->InsertModelString("<sdf version='1.6'>" + model("b2", false, "0 -30 0 0 0 0", box("2 2 2")) + "</sdf>");
   go_on(2);
   EXPECT_NEAR(range(*geometry, {0, 0, 0}, {0, -1, 0}), 29, kExact);
@@ -551,7 +552,7 @@ TEST_F(WorldGeometryTest, ScaleIsFollowed) {
   EXPECT_NEAR(range(*geometry, {0, 0, 0}, {1, 0, 0}), 7, kExact);
   EXPECT_EQ(geometry->generation(), generation + 1);
   EXPECT_EQ(cast(*geometry, {0, 0, 0}, {1, 0, 0})->instance, 0u) << "still a part of the static city";
-  // A model that goes on changing becomes an instance, so that the city is not built again and again.
+  // A model that continues to change becomes an instance, so that the city is not built again and again.
   for (const double scale : {5.0, 1.0, 2.0, 4.0}) {
     w->ModelByName("house")->SetScale({scale, 1, 1});
     server().step();
@@ -574,7 +575,7 @@ TEST_F(WorldGeometryTest, ShapeChangedByMessage) {
   server().step();
   geometry->update({});
   EXPECT_NEAR(range(*geometry, {0, 0, 0}, {0, 1, 0}), 7, kExact);
-  // Static ones are looked at in turn.
+  // Static models are checked in turn.
   EXPECT_NEAR(range(*geometry, {0, 0, 0}, {1, 0, 0}), 7, kExact);
 }
 
@@ -633,7 +634,7 @@ TEST_F(WorldGeometryTest, ReceiversShareAndLeaveOutTheirOwnVehicles) {
     EXPECT_NEAR(range(*second, {0, 0, 0}, {1, 0, 0}), 9, kExact);
     EXPECT_NEAR(range(*second, {19.5, 0, 0}, {1, 0, 0}), 9.5, kExact);
   }
-  // A receiver on a static model makes that model an instance; others go on seeing it.
+  // A receiver on a static model makes that model an instance; it stays visible to others.
   const auto generation = first->generation();
   for (int i = 0; i < 2; ++i) {
     first->update(topmost_id(base));
@@ -668,7 +669,7 @@ TEST_F(WorldGeometryTest, WorldResetAndThingsThatFlyAway) {
 }
 
 TEST_F(WorldGeometryTest, AResetDoesNotMoveStaticModels) {
-  // Poses that no float holds, in a chain of frames.
+  // Poses that are not exact in float, in a chain of frames.
   const auto w = load(R"(<model name="house"><static>true</static><pose>10.1 0.3 0.7 0.1 0.2 0.3</pose>
 <link name="l"><pose>0.1 0.7 0.3 1.1 0.3 2.9</pose><collision name="c"><geometry><box><size>2 2 2</size></box></geometry></collision></link>
 <link name="wing"><pose>3.3 0.1 0.7 0.4 0.7 -2.3</pose>
@@ -692,7 +693,7 @@ TEST_F(WorldGeometryTest, AnUnloadedWorldIsForgotten) {
   w.reset();
   w = load(model("house", true, "20 0 0 0 0 0", box("2 2 2")));
   EXPECT_TRUE(weak.expired()) << "the geometry does not hold its world";
-  before->update({});  // nothing to follow any more
+  before->update({});  // no models left to follow
   const auto after = updated(w);
   EXPECT_NE(before, after);
   EXPECT_NEAR(range(*after, {0, 0, 0}, {1, 0, 0}), 19, kExact);

@@ -1,4 +1,4 @@
-// The worlds that come with the plugin: what their comments promise, and that they load.
+// The worlds that come with the plugin: they load and behave as documented in their comments.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -45,7 +45,7 @@ TEST(Worlds, TwoWallsGivesTheOffsetsOfItsComment) {
   EXPECT_EQ(satellite(1).visibility(), GnssSatellite::NLOS);
   EXPECT_EQ(satellite(2).visibility(), GnssSatellite::NLOS);
   EXPECT_EQ(satellite(6).visibility(), GnssSatellite::BLOCKED);
-  // The closed forms of the file; the antenna stands over the world's origin.
+  // The closed forms of the file; the antenna is above the world's origin.
   EXPECT_NEAR(satellite(1).excess_m(), 16 * std::cos(45 * kDeg), 1e-3);
   EXPECT_NEAR(satellite(2).excess_m(), 24 * std::cos(30 * kDeg), 1e-3);
   EXPECT_EQ(message->state(), GnssReceiver::FIX);

@@ -1,4 +1,4 @@
-// A drive through a city in Gazebo Sim beside the same drive in `canyon simulate`.
+// A drive through a city in Gazebo Sim compared with the same drive in `canyon simulate`.
 #include <gtest/gtest.h>
 
 #include <regex>
@@ -12,7 +12,8 @@
 namespace canyon::adapters::gz_sim {
 namespace {
 
-/// The city's world as `canyon city build` wrote it, in steps of 0.1 s, with the systems and a car on rails.
+/// The city's world as written by `canyon city build`, in steps of 0.1 s, with the systems and a car on
+/// rails.
 std::filesystem::path drive_world(const std::filesystem::path& folder, const std::filesystem::path& to) {
   const std::string name = folder.filename().string();
   std::string world = canyon::test::read_bytes(folder / (name + ".world"));

@@ -1,5 +1,5 @@
-// No header declares it: Gazebo loads it by name.
-// Moves its model along a path of simulated time, whatever the physics would do with it: a vehicle on rails.
+// No header declares it: Gazebo loads it by name. Moves its model along a path of simulated time, independent
+// of physics: a vehicle on rails.
 #include <exception>
 #include <filesystem>
 #include <gz/common/Console.hh>
@@ -40,14 +40,14 @@ class DriveSystem final : public gz::sim::System,
     model_ = gz::sim::Model(entity);
     const std::string name = "plugin 'canyon::DriveSystem' of model '" + model_.Name(ecm) + "'";
     try {
-      // The plugin's own element does not know its file, and the world's SDF comes after its models.
+      // The plugin's own element has no file name, and the world's SDF is available after its models.
       const auto* of_model = ecm.Component<components::ModelSdf>(entity);
       const sdf::ElementPtr model = of_model == nullptr ? nullptr : of_model->Data().Element();
       const std::filesystem::path file(model ? model->FilePath() : element->FilePath());
       settings_ = read_drive_settings(element->Clone(), name, file.parent_path(), gazebos_paths(),
                                       origin_of(ecm).value_or(live::HostOrigin{}).frame());
     } catch (const std::exception& error) {
-      gzerr << "[canyon] " << error.what() << "\n[canyon] the model stays where it is\n";
+      gzerr << "[canyon] " << error.what() << "\n[canyon] the model does not move\n";
       return;
     }
     for (const std::string& warning : settings_->warnings)
@@ -71,7 +71,7 @@ class DriveSystem final : public gz::sim::System,
     model_.SetWorldPoseCmd(ecm, pose_);
   }
 
-  // Moves the model as one rigid body, after the physics, which gives a model put in place no velocity.
+  // Moves the model as one rigid body, after the physics, which gives a repositioned model no velocity.
   void Update(const gz::sim::UpdateInfo& info, Ecm& ecm) override {
     if (!settings_ || info.paused) return;
     for (const gz::sim::Entity link : model_.Links(ecm)) {

@@ -38,7 +38,7 @@ std::optional<sdf::Sensor> sdf_of(Entity sensor, const Ecm& ecm) {
   if (const auto* navsat = ecm.Component<components::NavSat>(sensor)) return navsat->Data();
   const auto* custom = ecm.Component<components::CustomSensor>(sensor);
   if (custom != nullptr && custom->Data().Element()) return custom->Data();
-  // A world that is played back from a log keeps the SDF of models only.
+  // A world played back from a log has the SDF of models only.
   const Entity link = parent_of(sensor, ecm), top = gz::sim::topLevelModel(sensor, ecm);
   const auto* of_model = ecm.Component<components::ModelSdf>(top);
   if (of_model == nullptr) return std::nullopt;
@@ -87,7 +87,7 @@ HostSettings read_settings(const sdf::ElementPtr& element, const sdf::ElementPtr
 }
 
 std::shared_ptr<simulation::PoseInbox> take_poses(gz::transport::Node& node, const HostSettings& settings) {
-  // A call of the transport's may still be in progress when the receiver has ended.
+  // A call from the transport may still be in progress when the receiver has ended.
   auto inbox = std::make_shared<simulation::PoseInbox>(settings.pose_topic, settings.pose_timeout_s);
   std::function<void(const gz::msgs::Pose&)> take =
       [poses = std::weak_ptr<simulation::PoseInbox>(inbox)](const gz::msgs::Pose& message) {
@@ -101,7 +101,7 @@ std::shared_ptr<simulation::PoseInbox> take_poses(gz::transport::Node& node, con
         if (!said.empty()) gzerr << "[canyon] " << said << "\n";
       };
   if (!node.Subscribe(settings.pose_topic, take))
-    gzerr << "[canyon] <pose_topic>: Gazebo does not let '" << settings.pose_topic << "' be subscribed to\n";
+    gzerr << "[canyon] <pose_topic>: Gazebo cannot subscribe to '" << settings.pose_topic << "'\n";
   return inbox;
 }
 

@@ -43,7 +43,7 @@ std::int64_t nanoseconds(const std::chrono::steady_clock::duration& time) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(time).count();
 }
 
-// Prints warnings as errors, too: Gazebo Sim shows lower levels only when it is asked to.
+// Prints warnings as errors too: Gazebo Sim shows lower levels only on request.
 void say(live::Tone tone, const std::string& line) {
   gzerr << "[canyon] " << (tone == live::Tone::Error ? "" : "warning: ") << line << "\n";
 }
@@ -59,21 +59,21 @@ struct GnssWorld::Impl {
     std::string topic;
     std::optional<live::HostWorld::Id> own_model;
     bool scene_is_due = true;
-    std::shared_ptr<live::WorldScene> scene;  // receivers of the same options see one
+    std::shared_ptr<live::WorldScene> scene;  // shared by receivers with the same options
     simulation::EngineMotion motion;
     std::shared_ptr<simulation::PoseInbox> poses;  // instead of the link's motion
-    std::unique_ptr<gz::transport::Node> node;     // that they come through
+    std::unique_ptr<gz::transport::Node> node;     // of their subscription
     HostSettings settings;
     std::unique_ptr<live::HostedReceiver> hosted;
   };
   struct Root {
     sdf::ElementPtr defaults;
     bool all = false;
-    bool bad = false;     // `defaults` are wrong, which was said
-    bool found = false;   // a sensor to serve
-    bool looked = false;  // and whether there is one was said
+    bool bad = false;     // `defaults` are invalid, already reported
+    bool found = false;   // a sensor to serve was found
+    bool looked = false;  // whether there is one was reported
   };
-  /// A sensor that is Canyon's, with the elements that count for it, whose receiver is to be started.
+  /// A sensor for Canyon with its effective elements, whose receiver is to be started.
   struct Sensor {
     Entity entity = gz::sim::kNullEntity;
     sdf::Sensor sensor;
@@ -81,13 +81,13 @@ struct GnssWorld::Impl {
   };
 
   void take_over(Entity entity, const sdf::Sensor& sensor, Ecm& ecm) {
-    // A sensor that is found when the system begins is new in the first step as well.
+    // A sensor that is found when the system begins is also new in the first step.
     const bool waits =
         std::any_of(due.begin(), due.end(), [&](const Sensor& s) { return s.entity == entity; });
     if (waits || receivers.contains(entity)) return;
     const sdf::ElementPtr element = sensor.Element();
     if (!element) return;
-    // The innermost system counts: a model's before the world's.
+    // The innermost system takes precedence: a model's over the world's.
     Root* root = nullptr;
     for (Entity at = entity; at != gz::sim::kNullEntity && root == nullptr; at = parent_of(at, ecm)) {
       const auto known = roots.find(at);
@@ -105,7 +105,7 @@ struct GnssWorld::Impl {
     due.push_back({entity, sensor, with_defaults(own, root->defaults)});
   }
 
-  // Called in the first step: while a model is being loaded it does not know its world.
+  // Called in the first step: a model that is being loaded has no world yet.
   void start_due(Ecm& ecm) {
     if (!due.empty()) wait();
     for (const Sensor& sensor : std::exchange(due, {})) {
@@ -130,7 +130,7 @@ struct GnssWorld::Impl {
     check_sensor(sensor.Element(), place_name(identity));
     HostSettings settings = read_settings(element, sensor.Element(), identity, ecm);
     if (element->HasElement("topic"))
-      settings.warnings.emplace_back("<topic> of <canyon> has no effect here: it belongs in <sensor>");
+      settings.warnings.emplace_back("<topic> of <canyon> has no effect here: move it to <sensor>");
     origin = origin_of(ecm);
     if (!origin && !settings.origin) {
       throw InputError(
@@ -160,7 +160,7 @@ struct GnssWorld::Impl {
     for (const auto& [other, known] : receivers) {
       if (known.topic != topic) continue;
       settings.warnings.push_back(fmt::format(
-          "the topic '{}' is that of {}, too: give one of the sensors another <topic>", topic, known.name));
+          "the topic '{}' is also used by {}; give one of the sensors another <topic>", topic, known.name));
     }
     receiver.topic = topic;
     ecm.CreateComponent(entity, components::SensorTopic(topic));
@@ -202,7 +202,7 @@ struct GnssWorld::Impl {
   }
 
   void look_for_sensors(Ecm& ecm, bool all) {
-    // Sensors are listed first, since a loop over components must not create or remove any.
+    // Lists sensors first, since components must not be created or removed in a loop over them.
     std::vector<std::pair<Entity, sdf::Sensor>> found;
     const auto add = [&](const Entity& entity, const components::Sensor*) {
       if (auto sensor = sdf_of(entity, ecm)) found.emplace_back(entity, std::move(*sensor));
@@ -224,7 +224,7 @@ struct GnssWorld::Impl {
     receivers.erase(receiver);
   }
 
-  // A reset takes entities away without a word.
+  // A reset removes entities without notice.
   void remove_gone(const Ecm& ecm) {
     std::vector<Entity> gone;
     for (const auto& [entity, receiver] : receivers)
@@ -232,7 +232,7 @@ struct GnssWorld::Impl {
     for (const Entity entity : gone) remove(entity);
   }
 
-  // set_spherical_coordinates puts the world elsewhere while it runs.
+  // set_spherical_coordinates changes the world's position while it runs.
   void follow_origin(const Ecm& ecm) {
     const std::optional<live::HostOrigin> now = origin_of(ecm);
     if (now == origin) return;
@@ -267,7 +267,7 @@ struct GnssWorld::Impl {
                                              std::string& reason) const {
     if (receiver.poses) return receiver.poses->at(now_ns, reason);
     if (ecm.Component<components::Pose>(receiver.link) == nullptr) {
-      reason = fmt::format("link {} is gone", receiver.link_name);
+      reason = fmt::format("link {} no longer exists", receiver.link_name);
       return std::nullopt;
     }
     simulation::RigidPose engine = rigid_pose(gz::sim::worldPose(receiver.sensor, ecm));
@@ -286,13 +286,14 @@ struct GnssWorld::Impl {
   std::mutex mutex;
   std::map<Entity, Root> roots;
   std::vector<Sensor> due;
-  std::map<Entity, Receiver> receivers;  // in the order of entities, so that a run repeats
+  std::map<Entity, Receiver> receivers;  // in the order of entities, so that runs are repeatable
   live::HostBases bases;
   std::shared_ptr<live::SkyWarnings> sky_warnings = std::make_shared<live::SkyWarnings>();
   std::unique_ptr<OptionsService> options;
   std::optional<live::HostOrigin> origin;
-  bool stepped = false;  // PostUpdate of this step is done
-  // Epochs are computed and published while the simulation continues. It waits for them only before the next.
+  bool stepped = false;  // PostUpdate of this step has been called
+  // Epochs are computed and published while the simulation continues. It waits for them only before the next
+  // epochs.
   std::future<void> epochs;
 };
 

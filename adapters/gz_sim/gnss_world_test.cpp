@@ -1,4 +1,4 @@
-// Receivers in a running Gazebo Sim server, from their elements to what they publish.
+// Receivers in a running Gazebo Sim server, from their elements to their messages.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ const std::string kNoisy = "<satAzimuth>" + test::street_angles(&StreetSatellite
                            test::street_angles(&StreetSatellite::elevation_deg) +
                            "</satElevation><disableNoise>0</disableNoise><seed>5</seed>" + kStart;
 
-/// A listener with the server it listens to; the listener is there before the first step.
+/// A listener with its server; the listener exists before the first step.
 struct StreetRun {
   explicit StreetRun(const std::string& world, const std::string& topic = topic_of())
       : server(world), listener(topic) {}
@@ -186,7 +186,7 @@ TEST(GnssWorld, ABoxInTheWayBlocksOnTheNextUpdate) {
                              test::shape_model("bus", "3 -150 0 0 0 0", test::box("4 2 40"), false)));
   const GnssReceiver before = run.after(5, 0.05);
   ASSERT_EQ(before.satellites(2).visibility(), GnssSatellite::LOS);
-  // 20 m north of the antenna: the satellite in the north stands 30 deg high, the bus 20 m.
+  // 20 m north of the antenna: the satellite in the north is at 30 deg elevation, the bus 20 m.
   put(run, "bus", {3, 20, 0, 0, 0, 0});
   const GnssReceiver after = run.after(1, 0.06);
   EXPECT_EQ(after.sim_time_ns(), 60'000'000);
@@ -198,7 +198,7 @@ TEST(GnssWorld, ABoxInTheWayBlocksOnTheNextUpdate) {
 TEST(GnssWorld, ThingsThatComeAreMovedResizedAndGo) {
   StreetRun run(street_world(street_car(navsat(paper_elements() + "<rate_hz>100</rate_hz>"))));
   ASSERT_EQ(run.after(5, 0.05).satellites(2).visibility(), GnssSatellite::LOS);
-  // Spawned by the service that every tool uses, static.
+  // Spawned static, by the service used by all tools.
   gz::msgs::EntityFactory request;
   request.set_sdf("<?xml version='1.0'?><sdf version='1.9'>" +
                   test::shape_model("tower", "3 20 0 0 0 0", test::box("4 2 40")) + "</sdf>");
@@ -212,7 +212,7 @@ TEST(GnssWorld, ThingsThatComeAreMovedResizedAndGo) {
   pose.mutable_orientation()->set_w(1);
   EXPECT_TRUE((ask<gz::msgs::Boolean>("/world/street/set_pose", pose)).data());
   EXPECT_EQ(run.after(3, 0.11).satellites(2).visibility(), GnssSatellite::LOS);
-  // The box is as long as the street, and back in the way.
+  // The box is as long as the street, and blocks the path again.
   run.server.hands->next = [](Hands::Ecm& ecm) {
     const Entity tower = model_named("tower", ecm);
     for (const Entity shape : ecm.Descendants(tower)) {
@@ -231,24 +231,24 @@ TEST(GnssWorld, ThingsThatComeAreMovedResizedAndGo) {
   EXPECT_EQ(run.after(3, 0.16).satellites(2).visibility(), GnssSatellite::LOS);
 }
 
-// The same street turned: the world's y axis points 30 deg west of north, so do its walls; satellites stay.
+// The same street rotated: the world's y axis points 30 deg west of north, so do its walls; satellites stay.
 TEST(GnssWorld, HonoursTheWorldsHeading) {
   StreetRun run(street_world(street_car(navsat(paper_elements() + kSpecular)), 30));
   const GnssReceiver message = run.after(20, 0.1);
-  // East of the antenna (3, 0) lies 3 cos 30 deg, north 3 sin 30 deg of the origin.
+  // The antenna (3, 0) is 3 cos 30 deg east and 3 sin 30 deg north of the origin.
   EXPECT_NEAR(
       message.antenna().longitude_deg() - 114.17,
       geodesy::degrees(3 * std::cos(geodesy::radians(30)) / (6378137 * std::cos(geodesy::radians(22.3)))),
       2e-7);
   EXPECT_NEAR(message.antenna().latitude_deg() - 22.3,
               geodesy::degrees(3 * std::sin(geodesy::radians(30)) / 6350000), 2e-7);
-  // A satellite at azimuth 90 deg looks 30 deg off the wall's normal: 13 m * 2 cos(45 deg) cos(30 deg).
+  // A satellite at azimuth 90 deg is seen 30 deg off the wall's normal: 13 m * 2 cos(45 deg) cos(30 deg).
   EXPECT_EQ(message.satellites(0).visibility(), GnssSatellite::NLOS);
   EXPECT_NEAR(message.satellites(0).excess_m(),
               2 * 13 * std::cos(geodesy::radians(45)) * std::cos(geodesy::radians(30)), 1e-3);
 }
 
-// The world is put elsewhere while it runs: the next epoch lies there, turned.
+// The world's position changes while it runs: the next epoch is at the new position, rotated.
 TEST(GnssWorld, FollowsSetSphericalCoordinates) {
   StreetRun run(street_world(street_car(navsat(paper_elements() + kSpecular))));
   ASSERT_NEAR(run.after(20, 0.1).antenna().latitude_deg(), 22.3, 1e-4);
@@ -267,7 +267,7 @@ TEST(GnssWorld, FollowsSetSphericalCoordinates) {
               2 * 13 * std::cos(geodesy::radians(45)) * std::cos(geodesy::radians(30)), 1e-2);
 }
 
-// A link that moves along the world's y axis with a heading of 30 deg goes 30 deg west of north; and turns.
+// A link that moves along the world's y axis with a heading of 30 deg moves 30 deg west of north and rotates.
 TEST(GnssWorld, GivesVelocityInEastNorthUp) {
   const std::string push =
       "<plugin filename='gz-sim-velocity-control-system' name='gz::sim::systems::VelocityControl'>"
@@ -276,7 +276,7 @@ TEST(GnssWorld, GivesVelocityInEastNorthUp) {
       navsat(paper_elements() + "<rate_hz>100</rate_hz><lever_arm><forward_m>2</forward_m></lever_arm>");
   StreetRun run(street_world(street_car(sensor, "car", "3 0 0 0 0 0", push), 30, false));
   const GnssReceiver message = run.after(3, 0.02);
-  // Velocities are in the body's frame, turned by 0.5 rad/s for 20 or 30 ms. The lever of 2 m forward (x) at
+  // Velocities are in the body's frame, rotated by 0.5 rad/s for 20 or 30 ms. The lever of 2 m forward (x) at
   // 0.5 rad/s adds 1 m/s along y: 11 m/s at 120 deg from east.
   EXPECT_NEAR(message.antenna_velocity_enu_mps().east(), -11 * std::sin(geodesy::radians(30)), 0.2);
   EXPECT_NEAR(message.antenna_velocity_enu_mps().north(), 11 * std::cos(geodesy::radians(30)), 0.2);
@@ -365,7 +365,7 @@ TEST(GnssWorld, PauseBringsNothing) {
   EXPECT_TRUE(run.listener.all().empty());
 }
 
-// A driver on the receiver's line is answered also while the world is paused. {number} is that of the model.
+// A driver on the receiver's line gets responses also while the world is paused. {number} is the model's.
 TEST(GnssWorld, AnswersADriverBetweenEpochs) {
   constexpr int kPorts = 10;  // the last digit of the port is the model's number
   int port = 0;
@@ -386,7 +386,7 @@ TEST(GnssWorld, AnswersADriverBetweenEpochs) {
   EXPECT_NE(answer.find("(Canyon)"), std::string::npos);
 }
 
-// One stands before its base in the world's file, one after it. A base on the same vehicle gives the heading.
+// One is before its base in the world's file, one after it. A base on the same vehicle gives the heading.
 TEST(GnssWorld, ReceiversCorrectEachOther) {
   const std::string common = "<profile>ublox-f9p</profile><sky><nominal>true</nominal></sky>" + kStart;
   const std::string rover = common + "<rtk>true</rtk><corrections><from>tower</from></corrections>";
@@ -417,7 +417,7 @@ TEST(GnssWorld, ReceiversCorrectEachOther) {
   EXPECT_EQ(second->fix().kind(), msgs::GnssFix::FIXED);
   EXPECT_TRUE(third->fix().baseline().moving_base());
   EXPECT_NEAR(length_m(*third), 1, 0.03);
-  // From the base, in front, to the other antenna.
+  // From the base at the front to the other antenna.
   EXPECT_NEAR(std::remainder(third->fix().baseline().heading_rad() - std::numbers::pi, 2 * std::numbers::pi),
               0, 0.03);
 }
@@ -462,7 +462,7 @@ TEST(GnssWorld, LeavesWithItsModelAndComesWithANewOne) {
   expect_street(*message, &StreetSatellite::mirror_m, 1e-3);
 }
 
-// server.config may name the system anywhere, also before the one that puts models into the world.
+// server.config may list the system anywhere, also before the system that adds models to the world.
 TEST(GnssWorld, SeesModelsOfSystemsThatComeAfterIt) {
   std::string world = street_world(street_car(navsat(paper_elements())), 0, true, "");
   world.insert(world.find("<plugin filename='gz-sim-user-commands-system'"), test::kGnssSystem);
@@ -498,7 +498,7 @@ TEST(GnssWorld, TruthFromATopic) {
   }
   ASSERT_EQ(message.state(), GnssReceiver::FIX);
   expect_street(message, &StreetSatellite::mirror_m, 1e-3);
-  // Silence is not a frozen good fix: too old after 0.5 s of simulated time.
+  // Silence does not freeze a good fix: too old after 0.5 s of simulated time.
   run.server.step(100);
   const auto all = run.listener.all();
   EXPECT_EQ(all.back().state(), GnssReceiver::NO_TRUTH);
@@ -534,7 +534,7 @@ TEST(GnssWorld, OptionsAtRunTime) {
   EXPECT_FALSE(run.listener.all().back().satellites(2).above_mask());
 }
 
-// A reset removes a model that came by service, and its receiver with it; the same model may come again.
+// A reset removes a model added by a service, and its receiver; the same model may be added again.
 TEST(GnssWorld, SpawnedModelsGoWithAResetAndComeAgain) {
   StreetRun run(street_world("", 0, true));
   const auto create = [] {

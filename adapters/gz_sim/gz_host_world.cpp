@@ -23,7 +23,7 @@ namespace components = gz::sim::components;
 
 namespace {
 
-// A shape that something changed without saying so is seen after so many looks.
+// A shape that was changed without notice is detected after this number of checks.
 constexpr unsigned kUnsaidAge = 50;
 
 }  // namespace
@@ -50,7 +50,7 @@ void GzHostWorld::models(std::vector<Id>& ids) {
   const bool gone = std::any_of(models_.begin(), models_.end(), [&](Id id) { return !ecm_->HasEntity(id); });
   if (std::exchange(models_changed_, false) || gone) {
     models_.clear();
-    // The manager's own graph of entities stays without edges while a log is played back.
+    // The manager's own graph of entities has no edges while a log is played back.
     children_.clear();
     ecm_->Each<components::ParentEntity>(
         [&](const gz::sim::Entity& entity, const components::ParentEntity* parent) {

@@ -14,17 +14,17 @@
 
 namespace canyon::adapters::gz_sim {
 
-/// Empty where the world has no spherical_coordinates.
+/// Empty if the world has no spherical_coordinates.
 [[nodiscard]] std::optional<live::HostOrigin> origin_of(const gz::sim::EntityComponentManager& ecm);
 
-/// The entities of a Gazebo Sim world as live::WorldScene reads them.
+/// The entities of a Gazebo Sim world for live::WorldScene.
 class GzHostWorld final : public live::HostWorld {
  public:
   /// @param visual visuals instead of collisions
   explicit GzHostWorld(bool visual) : visual_(visual) {}
 
-  /// Call it in each step, with the world as it stands: it remembers which entities it must look at. `ecm` is
-  /// asked until the next call.
+  /// Call it in each step with the present world: it records the entities to be checked. `ecm` is read until
+  /// the next call.
   void look(const gz::sim::EntityComponentManager& ecm);
 
   bool went_on() override { return std::exchange(went_on_, false); }
@@ -32,7 +32,7 @@ class GzHostWorld final : public live::HostWorld {
   void models(std::vector<Id>& ids) override;
   std::string name(Id model) override;
   bool is_static(Id model) override;
-  /// Nothing has a scale of its own here: shapes include it.
+  /// There are no separate scales here: shapes include them.
   std::uint64_t structure(Id) override { return 0; }
   std::uint64_t shapes(Id model) override;
   void links(Id model, std::vector<Id>& ids) override;
@@ -49,19 +49,18 @@ class GzHostWorld final : public live::HostWorld {
   GzShapeFiles files_;
   const gz::sim::EntityComponentManager* ecm_ = nullptr;
   bool went_on_ = false;
-  bool changed_ = true;         // something beside poses that physics moves
-  bool models_changed_ = true;  // an entity came or went
+  bool changed_ = true;         // a change other than poses moved by physics
+  bool models_changed_ = true;  // an entity was added or removed
   std::vector<Id> models_;
-  std::unordered_map<Id, std::vector<Id>>
-      children_;  // of every entity, as they were when one last came or went
+  std::unordered_map<Id, std::vector<Id>> children_;  // of every entity, at the last change of entities
   struct Fingerprint {
     std::uint64_t sum = 0;
-    unsigned age = 0;  // steps in which nothing was said to change
+    unsigned age = 0;  // steps without a reported change
   };
   std::unordered_map<Id, Fingerprint> fingerprints_;
 };
 
-/// Folders in which Gazebo Sim looks for files that worlds name.
+/// Folders in which Gazebo Sim searches files named in worlds.
 [[nodiscard]] inline ResourcePaths gazebos_paths() {
   ResourcePaths paths{{}, {}, "GZ_SIM_RESOURCE_PATH"};
   for (const std::string& path : gz::sim::resourcePaths()) {

@@ -1,4 +1,4 @@
-// Shapes of a running Gazebo Sim world as the engine's rays meet them.
+// Shapes of a running Gazebo Sim world, tested with the engine's rays.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,7 +36,7 @@ class GzHostWorldTest : public testing::Test {
     server_->step(2);
     notes_ = scene_->take_notes();
   }
-  /// Range to what a ray meets first [m]; infinite where it meets nothing.
+  /// Range of a ray's first hit [m]; infinite without a hit.
   double cast(const Vector3d& origin, const Vector3d& direction) const {
     const auto hit = scene_->scene()->scene.cast(
         {origin, direction.normalized(), std::numeric_limits<double>::infinity()}, 0);
@@ -63,8 +63,7 @@ TEST_F(GzHostWorldTest, PrimitivesReachWhereTheirFormulasSay) {
   EXPECT_TRUE(notes_.empty()) << notes_.front();
   const double tops[][2] = {{0, 3}, {20, 2.5}, {40, 3}, {60, 3}, {80, 3}, {200, -1}, {300, 3}};
   for (const auto& [x, top] : tops) {
-    // A ray through a corner of triangles may pass beside it: a millimetre off, where round shapes are as
-    // high.
+    // A ray through a corner of triangles may miss it: use 1 mm to the side, where round shapes are as high.
     EXPECT_NEAR(cast({x + 1e-3, 1e-3, 10}, -Vector3d::UnitZ()), 10 - top, 2e-3) << "at " << x;
   }
   EXPECT_EQ(cast({10, 0, 10}, -Vector3d::UnitZ()), kNothing);
@@ -73,7 +72,7 @@ TEST_F(GzHostWorldTest, PrimitivesReachWhereTheirFormulasSay) {
 
 TEST_F(GzHostWorldTest, MeshesComeFromTheirFilesWithScaleAndSubmesh) {
   const canyon::test::TemporaryFolder folder;
-  // Two roofs: triangles at 5 m and at 7 m, each 10 m wide; the physics insists on normals.
+  // Two roofs: triangles at 5 m and at 7 m, each 10 m wide; the physics requires normals.
   std::ofstream(folder / "roofs.obj") << "vn 0 0 1\no low\nv -5 -5 5\nv 5 -5 5\nv 0 5 5\nf 1//1 2//1 3//1\n"
                                          "o high\nv -5 -5 7\nv 5 -5 7\nv 0 5 7\nf 4//1 5//1 6//1\n";
   const std::string uri = "<mesh><uri>" + (folder / "roofs.obj").string() + "</uri>";

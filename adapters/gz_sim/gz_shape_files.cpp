@@ -27,7 +27,7 @@ namespace canyon::adapters::gz_sim {
 
 namespace {
 
-/// The node has no triangles where the submesh holds lines, points or strips.
+/// The node has no triangles if the submesh has lines, points or strips.
 MeshNode read_submesh(const gz::common::SubMesh& submesh) {
   MeshNode node{submesh.Name(), {}, {}, {}};
   if (submesh.SubMeshPrimitiveType() != gz::common::SubMesh::TRIANGLES) return node;
@@ -50,7 +50,7 @@ bool is_image(std::string_view file) {
 std::optional<MeshFile> GzShapeFiles::mesh(const std::string& uri, const std::string& sdf_file) {
   auto& manager = *gz::common::MeshManager::Instance();
   const std::string path = gz::sim::asFullPath(uri, sdf_file);
-  // "name://" names a mesh that a program has made.
+  // "name://" is a mesh made by a program.
   const bool made = gz::common::URI(uri).Scheme() == "name";
   const gz::common::Mesh* mesh = made ? manager.MeshByName(gz::common::basename(uri))
                                  : manager.IsValidFilename(uri) ? manager.Load(path)
@@ -76,7 +76,7 @@ std::optional<MeshNode> GzShapeFiles::extrude(const std::string& name, const std
     for (const Eigen::Vector2d& point : polyline) to.emplace_back(point.x(), point.y());
   }
   auto& manager = *gz::common::MeshManager::Instance();
-  manager.CreateExtrudedPolyline(name, points, height);  // nothing where there is one of the name
+  manager.CreateExtrudedPolyline(name, points, height);  // no effect if the name exists
   const gz::common::Mesh* mesh = manager.MeshByName(name);
   const auto submesh = mesh == nullptr ? nullptr : mesh->SubMeshByIndex(0).lock();
   if (!submesh) return std::nullopt;

@@ -11,10 +11,10 @@
 
 namespace canyon::adapters::gz_sim {
 
-/// Mesh files, extrusions and heightmaps by Gazebo's own readers, found as its physics finds them.
+/// Mesh files, extrusions and heightmaps, read with Gazebo's readers and found in the folders of its physics.
 class GzShapeFiles : public ShapeFiles {
  public:
-  /// The world's place, for rasters of heights (DEM); empty: none.
+  /// The world's position, for elevation rasters (DEM); empty: none.
   void set_world_origin(std::optional<gz::math::SphericalCoordinates> origin) { origin_ = std::move(origin); }
 
   [[nodiscard]] std::optional<MeshFile> mesh(const std::string& uri, const std::string& sdf_file) override;

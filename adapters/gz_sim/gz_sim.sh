@@ -9,7 +9,7 @@ city=synthetic
 case "${1:-}" in
   synthetic | hongkong) city=$1; shift ;;
   '' | --*) ;;
-  *) echo "gazebo: there is no city '$1'; use synthetic or hongkong" >&2; exit 2 ;;
+  *) echo "gazebo: unknown city '$1'; use synthetic or hongkong" >&2; exit 2 ;;
 esac
 if [[ " $* " == *" --gui "* && -z "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ]]; then
   echo "gazebo: --gui needs a display" >&2; exit 2

@@ -17,11 +17,11 @@ namespace {
 
 constexpr const char* kService = "/marker_array";
 constexpr double kUpdateInterval_s = 0.1;  // of wall time
-/// Everything is sent again after this, for clients whose arrival went unnoticed.
+/// Everything is sent again after this time, for clients that connected unnoticed.
 constexpr double kRepeatInterval_s = 5;
-/// Intervals of looks for clients. A question before the transport has listened this long would wait for it.
+/// Interval of searches for clients. A query earlier than this after the transport's start would block.
 constexpr double kLookInterval_s = 1, kFirstLook_s = 2.5;
-/// A client that has not answered for so long is given up; until then it is sent nothing more.
+/// A client without a response for this time is dropped; until then nothing more is sent to it.
 constexpr double kPatience_s = 5;
 
 template <typename Vector>
@@ -44,7 +44,7 @@ void fill(const VisualShape& shape, bool with_colour, gz::msgs::Marker& marker) 
   set_vector(pose->mutable_position(), shape.centre.x(), shape.centre.y(), shape.centre.z());
   pose->mutable_orientation()->set_w(turn.w());
   set_vector(pose->mutable_orientation(), turn.x(), turn.y(), turn.z());
-  if (!with_colour) return;  // costly to clients
+  if (!with_colour) return;  // expensive for clients
   set_material(*marker.mutable_material(), shape);
 }
 
@@ -53,7 +53,7 @@ class Markers final : public live::EpochPublisher {
   Markers(const ReceiverIdentity& identity, const VisualSettings& settings)
       : namespace_("canyon/" + identity.link + "/" + identity.sensor),
         settings_(settings),
-        ledger_([id = std::uint32_t{0}]() mutable { return ++id; }) {}  // 0 would be any number
+        ledger_([id = std::uint32_t{0}]() mutable { return ++id; }) {}  // 0 would mean any number
 
   ~Markers() override {
     try {
@@ -61,7 +61,7 @@ class Markers final : public live::EpochPublisher {
       gz::msgs::Marker_V all;
       add(all).set_action(gz::msgs::Marker::DELETE_ALL);
       send(all);
-    } catch (const std::exception&) {  // a picture that stays
+    } catch (const std::exception&) {  // shapes remain in the picture
     }
   }
   Markers(const Markers&) = delete;
@@ -79,7 +79,7 @@ class Markers final : public live::EpochPublisher {
   }
 
  private:
-  /// Whether anybody draws markers. A client that is new is sent everything.
+  /// Whether there is a client for markers. A new client gets everything.
   [[nodiscard]] bool look_for_client(double now) {
     if (now - begin_s_ < kFirstLook_s || !looks_.due(now)) return present_;
     std::vector<gz::transport::ServicePublisher> found;
@@ -124,7 +124,7 @@ class Markers final : public live::EpochPublisher {
 
   void send(const gz::msgs::Marker_V& message) {
     unanswered_ = std::make_shared<std::atomic<bool>>(true);
-    // The answer may come when this object is gone.
+    // The response may arrive after this object's destruction.
     std::function<void(const gz::msgs::Boolean&, bool)> answered =
         [unanswered = unanswered_](const gz::msgs::Boolean&, bool) { *unanswered = false; };
     (void)node_.Request(kService, message, answered);
@@ -133,7 +133,7 @@ class Markers final : public live::EpochPublisher {
   std::string namespace_;
   VisualSettings settings_;
   VisualLedger ledger_;
-  std::set<std::uint32_t> removed_;  // by their ids: clients have forgotten their colours
+  std::set<std::uint32_t> removed_;  // by their ids: clients have deleted their colours
   RateLimit updates_{kUpdateInterval_s};
   RateLimit repeats_{kRepeatInterval_s};
   RateLimit looks_{kLookInterval_s};

@@ -1,4 +1,4 @@
-// The requests that a window would get: a stand-in takes them.
+// The requests to the graphical client, received by a mock.
 #include <gtest/gtest.h>
 
 #include <gz/msgs/boolean.pb.h>
@@ -18,7 +18,7 @@ namespace {
 using gz::msgs::Marker;
 using test::SimServer;
 
-/// A scene that keeps what stands in it, as gz-sim's MarkerManager does.
+/// A scene that stores its markers, like gz-sim's MarkerManager.
 class Window {
  public:
   Window() {
@@ -75,14 +75,14 @@ TEST(Markers, ShowRaysAndBubbleToAWindow) {
   }
   const auto markers = window.markers();
   EXPECT_EQ(window.space(), "canyon/car::body/antenna");
-  // Each of the street's eight satellites (test::street_satellites()) has a ray at least.
+  // Each of the street's eight satellites (test::street_satellites()) has at least one ray.
   int rays = 0, balls = 0, at_antenna = 0;
   for (const auto& [id, marker] : markers) {
     EXPECT_GT(marker.scale().x(), 0);
     EXPECT_GT(marker.material().diffuse().a(), 0) << "a new marker comes with its colour";
     if (marker.type() == Marker::CYLINDER) {
       ++rays;
-      // Whether an end of it is the antenna's place in the world.
+      // Whether an end of it is the antenna's position in the world.
       const auto &p = marker.pose().position(), &s = marker.scale();
       const auto& q = marker.pose().orientation();
       const gz::math::Vector3d axis =

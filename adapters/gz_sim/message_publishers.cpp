@@ -18,13 +18,13 @@ class Topic {
   explicit Topic(const std::string& name) : publisher_(node_.Advertise<Message>(name)) {
     if (!publisher_) {
       throw InputError(fmt::format("the topic '{}' cannot be published", name),
-                       "a topic has no blanks, '@', '~', ':=' or '//' in it");
+                       "use a name without blanks, '@', '~', ':=' or '//'");
     }
   }
   [[nodiscard]] bool has_listeners() const { return publisher_.HasConnections(); }
   void send() { (void)publisher_.Publish(message); }
 
-  Message message;  ///< kept for its memory
+  Message message;  ///< kept to reuse its memory
 
  private:
   gz::transport::Node node_;

@@ -39,11 +39,11 @@ struct OptionsService::Impl {
       const std::string name = topic(receiver, service);
       const auto [known, added] = offered.emplace(name, receiver);
       if (!added) {
-        throw InputError(fmt::format("the service '{}' of receiver '{}' is that of receiver '{}' already",
+        throw InputError(fmt::format("the service '{}' of receiver '{}' is already used by receiver '{}'",
                                      name, receiver, known->second),
-                         "names that differ in blanks alone are one name to Gazebo's topics: rename one");
+                         "rename one: in Gazebo's topics, names that differ only in blanks are equal");
       }
-      // A call that is under way may outlive this object.
+      // A call in progress may outlive this object.
       std::function<bool(const gz::msgs::StringMsg&, gz::msgs::StringMsg&)> call =
           [desk = desk, receiver, kind = service.kind](const gz::msgs::StringMsg& request,
                                                        gz::msgs::StringMsg& reply) {
@@ -52,7 +52,7 @@ struct OptionsService::Impl {
           };
       if (!node.Advertise(name, call)) {
         throw InputError(fmt::format("the service '{}' cannot be offered", name),
-                         "names of worlds and models should have letters, digits and '_' alone");
+                         "use only letters, digits and '_' in names of worlds and models");
       }
     }
   }
@@ -69,10 +69,10 @@ struct OptionsService::Impl {
   }
 
   std::string world;
-  std::map<std::string, std::string> offered;  // services, and whose they are
-  std::map<std::string, std::string> rates;    // of receivers: the service beside their topic
+  std::map<std::string, std::string> offered;  // services and their receivers
+  std::map<std::string, std::string> rates;    // by receiver: the service of its topic
   std::shared_ptr<live::OptionsDesk> desk = std::make_shared<live::OptionsDesk>();
-  gz::transport::Node node;  // the last: its services end first
+  gz::transport::Node node;  // last member: its services end first
 };
 
 OptionsService::OptionsService(const std::string& world) : impl_(std::make_unique<Impl>(world)) {}

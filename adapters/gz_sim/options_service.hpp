@@ -9,15 +9,16 @@
 
 namespace canyon::adapters::gz_sim {
 
-/// Services of a world's receivers, gz.msgs.StringMsg in and out, as answer() says:
+/// Services of a world's receivers, gz.msgs.StringMsg in and out, see answer():
 ///     /world/WORLD/canyon/get_options             a key, a section or nothing
 ///     /world/WORLD/canyon/set_options             YAML or JSON of what changes, for all receivers
 ///     /world/WORLD/canyon/get_faults              the timelines of faults
 ///     /world/WORLD/canyon/add_fault               YAML or JSON of one fault (docs/faults.md)
 ///     /world/WORLD/canyon/end_fault               its name
 ///     /world/WORLD/canyon/RECEIVER/get_options    and so on: of one
-/// RECEIVER is the receiver's name with '/' for '::'. Beside a sensor's topic stands TOPIC/set_rate of
-/// Gazebo's own sensors: gz.msgs.Double in [Hz], no answer. A request waits for serve(), one second at most.
+/// RECEIVER is the receiver's name with '/' for '::'. In addition to a sensor's topic there is
+/// TOPIC/set_rate, as of Gazebo's own sensors: gz.msgs.Double in [Hz], no response. A request waits for
+/// serve(), at most one second.
 class OptionsService {
  public:
   explicit OptionsService(const std::string& world);
@@ -25,14 +26,14 @@ class OptionsService {
   OptionsService(const OptionsService&) = delete;
   OptionsService& operator=(const OptionsService&) = delete;
 
-  /// Offers the services of a receiver, "iris::base_link::gps", which serve() then has under that name.
-  /// @param topic of its sensor. Returns RECEIVER's services' common part. Throws InputError where Gazebo or
-  /// another receiver has a name already.
+  /// Offers the services of a receiver, "iris::base_link::gps", served by serve() under that name.
+  /// @param topic of its sensor. Returns RECEIVER's services' common part. Throws InputError if Gazebo or
+  /// another receiver already uses a name.
   std::string add(const std::string& receiver, const std::string& topic);
   void remove(const std::string& receiver);
-  /// The desk, for other transports that ask serve().
+  /// The desk, for requests of other transports.
   [[nodiscard]] std::shared_ptr<live::OptionsDesk> desk() const;
-  /// The simulation's thread, at every update, also while paused (live::OptionsDesk::serve()).
+  /// For the simulation's thread, at every update, also while paused (live::OptionsDesk::serve()).
   void serve(const std::function<std::vector<live::AdjustableReceiver>()>& receivers);
 
  private:

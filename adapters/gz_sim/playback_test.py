@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A log of Gazebo Sim played back: a receiver computes from the log's poses what it computed when it was recorded.
+"""A log of Gazebo Sim played back: a receiver computes from the log's poses the same results as during recording.
 
 usage: playback_test.py PLUGINS PROTOS    (folders of the build: Canyon's systems, descriptions of its messages)
 """
@@ -16,7 +16,7 @@ SETTINGS = """<profile>paper</profile><elevation_mask_deg>5</elevation_mask_deg>
 BOX = """<model name="{name}"><static>true</static><pose>{x} 0 15 0 0 0</pose><link name="l"><collision name="c"><geometry>
 <box><size>1 400 30</size></box></geometry></collision></link></model>"""
 
-# The car sinks slowly: a log keeps changes alone, and ends with the last of them.
+# The car sinks slowly: a log stores only changes, and ends with the last one.
 WORLD = """<?xml version="1.0"?><sdf version="1.9"><world name="street"><gravity>0 0 -0.1</gravity>
 <physics name="p" type="dart"><max_step_size>0.01</max_step_size><real_time_factor>1</real_time_factor></physics>
 <plugin filename="gz-sim-physics-system" name="gz::sim::systems::Physics"/>
@@ -36,7 +36,7 @@ TOPIC = "/world/street/model/car/link/body/sensor/antenna/gnss"
 
 
 def satellites_while(command, environment, messages):
-    """Visibility and excess path of each satellite in the last of so many messages of a server."""
+    """Visibility and excess path of each satellite in the last of this number of messages of a server."""
     echo = subprocess.Popen(["timeout", "-k", "5", "60", "gz", "topic", "-e", "-n", str(messages), "-t", TOPIC, "--json-output"],
                             env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     server = subprocess.Popen(["timeout", "-k", "5", "60"] + command, env=environment, stdout=subprocess.DEVNULL,
@@ -68,9 +68,9 @@ def main():
         played = satellites_while(["gz", "sim", "-s", "-r", "--playback", log], environment, 3)
     print("recorded", recorded)
     print("played  ", played)
-    # Between walls 20 m apart: the eastern and the western signal come by a wall.
-    assert sum(1 for _, visibility, _ in recorded if visibility == "NLOS") == 2, "the street's walls do not show"
-    assert played == recorded, "a log tells another street"
+    # Between walls 20 m apart: the eastern and the western signal arrive by a wall.
+    assert sum(1 for _, visibility, _ in recorded if visibility == "NLOS") == 2, "the street's walls have no effect"
+    assert played == recorded, "the log gives another street"
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
-// The cost of receivers with the default profile in the prepared Hong Kong world (or the one that is named):
-// processor time for a second of simulated time, and the real-time factor that Gazebo Sim reaches at its own
-// pace, with none, one and twenty receivers at 10 Hz on cars that stand in the drive's streets, in turn. Run
-// by hand: CANYON_GAZEBO_DATA=... gz_receivers_bench [CITY]
+// The cost of receivers with the default profile in the prepared Hong Kong world (or a named one): processor
+// time per second of simulated time, and Gazebo Sim's real-time factor at its own pace, with none, one and
+// twenty receivers at 10 Hz on parked cars in the drive's streets. Run manually: CANYON_GAZEBO_DATA=...
+// gz_receivers_bench [CITY]
 #include <fmt/format.h>
 
 #include <algorithm>

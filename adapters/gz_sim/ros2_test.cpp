@@ -46,7 +46,7 @@ TEST(Ros2, HasCovarianceAndStatus) {
   EXPECT_NEAR(std::fmod(stamp_s(fix) + 0.05, 0.1), 0.05, 1e-6);
 }
 
-// The services of two receivers of one world: a fault goes to the one that is asked.
+// The services of two receivers of one world: a fault applies to the requested one.
 TEST(Ros2, FaultsComeAndGoByServices) {
   using canyon_msgs::srv::FaultCommand;
   const std::string ros = "<ros><namespace>/NAME</namespace><changes>CHANGES</changes></ros>";

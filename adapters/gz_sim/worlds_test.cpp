@@ -1,4 +1,4 @@
-// The worlds that come with the system: they load as they are, and their cars drive.
+// The worlds that come with the system: they load unchanged, and their cars drive.
 #include <gtest/gtest.h>
 
 #include <gz/msgs/twist.pb.h>

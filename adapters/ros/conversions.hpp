@@ -15,13 +15,13 @@
 #include "canyon/run/simulator.hpp"
 #include "canyon/sky/gnss/satellite_id.hpp"
 
-// Epochs as ROS messages. Templates over the message types, so that ROS 1 and ROS 2 share them and tests need
-// neither; the two differ in the name of a stamp's nanoseconds and in their fixed arrays' type only.
-// docs/ros.md has every field.
+// Epochs as ROS messages. Templates over the message types, shared by ROS 1 and ROS 2 and tested without
+// either; the two differ only in the name of a stamp's nanoseconds and in the type of fixed arrays.
+// docs/ros.md lists all fields.
 
 namespace canyon::ros_messages {
 
-/// A message's time since the simulation began, as its clock shows it.
+/// A message's time since the beginning of the simulation, by its clock.
 struct Stamp {
   std::int32_t sec = 0;       ///< >= 0
   std::uint32_t nanosec = 0;  ///< [0, 1e9)
@@ -33,9 +33,8 @@ struct Head {
   std::string frame_id;  ///< of the antenna
 };
 
-/// Number of a satellite, distinct over all constellations, as extended NMEA 0183 numbering has them: GPS
-/// PRN, GLONASS slot + 64, Galileo PRN + 300, BeiDou PRN + 400, QZSS PRN (193 and up),
-/// SBAS PRN (120 to 158).
+/// Number of a satellite, unique over all constellations, in extended NMEA 0183 numbering: GPS PRN, GLONASS
+/// slot + 64, Galileo PRN + 300, BeiDou PRN + 400, QZSS PRN (193 and up), SBAS PRN (120 to 158).
 [[nodiscard]] inline std::int32_t prn_number(gnss::SatelliteId id) {
   switch (id.system) {
     case gnss::System::GPS:
@@ -58,7 +57,7 @@ namespace detail {
 
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// Strings of messages may have an allocator of their own.
+/// Strings of messages may have their own allocator.
 template <class String>
 void assign(String& to, const std::string& from) {
   to.assign(from.data(), from.size());
@@ -80,7 +79,7 @@ void set_header(Header& header, const Head& head) {
   return epoch != nullptr && epoch->observed.fix.solved();
 }
 
-/// The covariance of a NavSatFix or GPSFix: east, north, up [m^2]; unknown where a fault states none.
+/// The covariance of a NavSatFix or GPSFix: east, north, up [m^2]; unknown if a fault reports none.
 template <class Message>
 void set_position_covariance(Message& message, const positioning::Fix& fix) {
   for (std::size_t row = 0; row < 3; ++row) {
@@ -93,12 +92,12 @@ void set_position_covariance(Message& message, const positioning::Fix& fix) {
       fix.covariance_enu.isZero(0) ? Message::COVARIANCE_TYPE_UNKNOWN : Message::COVARIANCE_TYPE_KNOWN;
 }
 
-/// Whether the antenna could be asked for a signal of it that then did not come.
+/// Whether a signal of the satellite was expected at the antenna but not received.
 [[nodiscard]] inline bool is_blocked(const receiver::SatelliteObservation& satellite) {
   return satellite.above_mask && !satellite.measurement;
 }
 
-/// A message's constant for a value of the engine's enumeration, whose order the constants have. They are
+/// A message's constant for a value of the engine's enumeration; both have the same order. They are
 /// members of the message's type: enumerators in ROS 1, static members in ROS 2.
 template <class Enum, std::size_t N>
 [[nodiscard]] std::uint8_t code_of(Enum value, const std::uint8_t (&codes)[N]) {
@@ -162,8 +161,8 @@ template <class Satellite>
 
 }  // namespace detail
 
-/// Leaves the variances of a NavSatFix or GPSFix alone, as most drivers of receivers state them. Nodes that
-/// take a part of a covariance, such as robot_localization in two dimensions, then have a valid one.
+/// Keeps only the variances of a NavSatFix or GPSFix, as reported by most receiver drivers. Nodes that use a
+/// part of a covariance, such as robot_localization in two dimensions, then get a valid one.
 template <class Message>
 void make_covariance_diagonal(Message& message) {
   if (message.position_covariance_type != Message::COVARIANCE_TYPE_KNOWN) return;
@@ -174,9 +173,9 @@ void make_covariance_diagonal(Message& message) {
 
 /// sensor_msgs/NavSatFix: degrees, metres above the ellipsoid, covariance in ENU [m^2], known. A QZSS signal
 /// has no bit of its own in `service`. With a base's corrections, of codes or phases, the status is GBAS_FIX,
-/// the message has no finer words; dead reckoning is NO_FIX beside its position and covariance, as drivers of
-/// real receivers have it. Without a fix: status NO_FIX, service 0, NaN position and covariance, covariance
-/// of unknown type. @param epoch null where the truth has not come: no fix.
+/// the message has no finer distinction; dead reckoning is NO_FIX with its position and covariance, as in
+/// drivers of real receivers. Without a fix: status NO_FIX, service 0, NaN position and covariance,
+/// covariance of unknown type. @param epoch null if the truth has not come: no fix.
 template <class NavSatFix>
 [[nodiscard]] NavSatFix fix_message(const Head& head, const simulation::Epoch* epoch) {
   using Status = std::remove_reference_t<decltype(std::declval<NavSatFix&>().status)>;
@@ -209,9 +208,9 @@ template <class NavSatFix>
   return message;
 }
 
-/// geometry_msgs/TwistWithCovarianceStamped: velocity over ground, east, north, up [m/s], whatever way
-/// frame_id's axes point. The angular part is NaN, covariance[21] -1: not measured. Without a velocity the
-/// linear part is NaN too; where its covariance is not known covariance[0] is -1.
+/// geometry_msgs/TwistWithCovarianceStamped: velocity over ground, east, north, up [m/s], for any axes of
+/// frame_id. The angular part is NaN, covariance[21] -1: not measured. Without a velocity the linear part is
+/// NaN too; if its covariance is unknown, covariance[0] is -1.
 template <class TwistWithCovarianceStamped>
 [[nodiscard]] TwistWithCovarianceStamped velocity_message(const Head& head, const simulation::Epoch* epoch) {
   constexpr std::size_t kRow = 6;  // linear x, y, z, angular x, y, z
@@ -242,7 +241,7 @@ template <class TwistWithCovarianceStamped>
   return message;
 }
 
-/// canyon_msgs/GnssMultipath, the paper's message; GnssMultipath.msg has the order of the arrays. Without
+/// canyon_msgs/GnssMultipath, the paper's message; GnssMultipath.msg defines the order of the arrays. Without
 /// truth: no satellites at all.
 template <class GnssMultipath>
 [[nodiscard]] GnssMultipath multipath_message(const Head& head, const simulation::Epoch* epoch) {
@@ -271,8 +270,7 @@ template <class GnssMultipath>
   return message;
 }
 
-/// canyon_msgs/GnssSatellites. @param epoch null where the truth has not come: status NO_TRUTH, no
-/// satellites.
+/// canyon_msgs/GnssSatellites. @param epoch null if the truth has not come: status NO_TRUTH, no satellites.
 template <class GnssSatellites>
 [[nodiscard]] GnssSatellites satellites_message(const Head& head, const simulation::Epoch* epoch) {
   GnssSatellites message;
@@ -306,10 +304,10 @@ template <class GnssSatellites>
   return message;
 }
 
-/// sensor_msgs/LaserScan of the rays to the satellites: one range per ray, infinite where it meets nothing
+/// sensor_msgs/LaserScan of the rays to the satellites: one range per ray, infinite without a hit
 /// (REP 117). Rays of a sky have no common plane: "angles" are ray numbers, 0, 1, 2, ..., two for each
 /// satellite above the horizon, direct and mirror ray, in the order of GnssSatellites.
-/// @param ranges_m [m]; @param max_range_m how far the rays reach [m]
+/// @param ranges_m [m]; @param max_range_m length of the rays [m]
 template <class LaserScan>
 [[nodiscard]] LaserScan scan_message(const Head& head, std::span<const double> ranges_m, double max_range_m) {
   LaserScan message;

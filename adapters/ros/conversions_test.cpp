@@ -20,8 +20,8 @@
 #include <sensor_msgs/msg/nav_sat_fix.hpp>
 #endif
 
-// Every conversion against stand-ins as ROS 1's generator writes messages, stand-ins as ROS 2's does, and, in
-// builds with one of the two, its messages themselves.
+// Every conversion with mocks of messages as generated in ROS 1 and in ROS 2 and, in builds with one of them,
+// with its real messages.
 
 namespace canyon::ros_messages {
 namespace {
@@ -32,7 +32,7 @@ using testing::NanSensitiveFloatEq;
 /// ROS 1: unsigned seconds, `nsec`, constants as enumerators.
 struct Ros1Kind {
   struct Time {
-    std::uint32_t sec = 7, nsec = 7;  // not zero, so that what is left unset shows
+    std::uint32_t sec = 7, nsec = 7;  // not zero, to detect unset values
   };
   static std::uint32_t nanoseconds(const Time& time) { return time.nsec; }
 };
@@ -166,7 +166,7 @@ Head sample_head() {
   return {{1234, 567'000'089}, "antenna"};
 }
 
-/// The sample with a number of its own in every field.
+/// The sample with a different number in every field.
 simulation::Epoch distinct_epoch() {
   simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0});
   positioning::Fix& fix = epoch.observed.fix;
@@ -366,7 +366,7 @@ TYPED_TEST(Conversions, SatellitesCarryEverything) {
   EXPECT_NEAR(nlos.elevation, 0.27052603405912107, 1e-15);  // 15.5 deg
   EXPECT_TRUE(nlos.above_mask);
   EXPECT_EQ(static_cast<int>(nlos.visibility), static_cast<int>(Satellite::NLOS));
-  EXPECT_NEAR(nlos.pseudorange, 2.1e7 + 17002.09865 + 35.25, 1e-6);  // as sample_satellite() has it
+  EXPECT_NEAR(nlos.pseudorange, 2.1e7 + 17002.09865 + 35.25, 1e-6);  // as in sample_satellite()
   EXPECT_NEAR(nlos.doppler, -1217.5678, 1e-9);
   EXPECT_EQ(nlos.carrier_frequency, 1575.42e6);
   EXPECT_EQ(nlos.excess_path, 35.25F);
@@ -428,8 +428,7 @@ TYPED_TEST(Conversions, SayWhatKindOfFixItIs) {
   expect(0, -1, false);
 }
 
-// The columns of epochs.csv that the message has. The fix stands in the topics fix, velocity and
-// multipath.
+// The columns of epochs.csv in the message. The fix is in the topics fix, velocity and multipath.
 TYPED_TEST(Conversions, SatellitesSayWhatTheyLackOfEpochs) {
   using M = typename TypeParam::GnssSatellites;
   const test::Carried<M> carried{
@@ -512,7 +511,7 @@ TYPED_TEST(Conversions, SatellitesSayWhatTheyLackOfEpochs) {
                        carried, lacks);
 }
 
-// Week and second of the week stand in the message around it. Some numbers have single precision.
+// Week and second of the week are in the enclosing message. Some numbers have single precision.
 TYPED_TEST(Conversions, SatellitesSayWhatTheyLackOfSatellites) {
   using M = typename TypeParam::GnssSatellites;
   using S = typename TypeParam::GnssSatellite;

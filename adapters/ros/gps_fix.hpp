@@ -60,8 +60,8 @@ void set_gps_status(Status& status, const simulation::Epoch& epoch) {
       (fix.solved() && fix.velocity_enu_mps && fix.measured() ? Status::SOURCE_DOPPLER : 0) | sensors);
 }
 
-/// Track, speeds and their deviations. The direction of a vehicle at rest is not known: its deviation is
-/// that of a direction without knowledge, 180 deg at most.
+/// Track, speeds and their deviations. The direction of a vehicle at rest is unknown: its deviation is that
+/// of an unknown direction, at most 180 deg.
 template <class GPSFix>
 void set_motion(GPSFix& message, const positioning::Fix& fix) {
   if (!fix.velocity_enu_mps) return;
@@ -80,7 +80,7 @@ void set_motion(GPSFix& message, const positioning::Fix& fix) {
       std::min(180.0, geodesy::degrees(two_sigma(aside.dot(covariance * aside)) / message.speed));
 }
 
-/// The attitude of a receiver that has one: by the vehicle's sensors, or by two antennas.
+/// The attitude of a receiver, from the vehicle's sensors or from two antennas.
 template <class GPSFix>
 void set_attitude(GPSFix& message, const positioning::Fix& fix) {
   using Status = std::remove_reference_t<decltype(message.status)>;
@@ -101,11 +101,11 @@ void set_attitude(GPSFix& message, const positioning::Fix& fix) {
 
 }  // namespace detail
 
-/// gps_msgs/GPSFix (ROS 1: gps_common/GPSFix). Its status tells differential, float and fixed positions
-/// apart, which NavSatFix cannot. `altitude` is above the ellipsoid, as in NavSatFix; `time` is GPS time,
-/// seconds since 1980-01-06; `dip` is the heading from north [deg], as drivers of receivers with two antennas
-/// have it. Errors are of 95 %: two standard deviations, horizontally and spherically of the sum of the
-/// axes' variances (2 DRMS). Values that are not known are NaN, DOPs 0. @param epoch null where the truth has
+/// gps_msgs/GPSFix (ROS 1: gps_common/GPSFix). Its status distinguishes differential, float and fixed
+/// positions, unlike NavSatFix. `altitude` is above the ellipsoid, as in NavSatFix; `time` is GPS time,
+/// seconds since 1980-01-06; `dip` is the heading from north [deg], as in drivers of receivers with two
+/// antennas. Errors are 95 % values: two standard deviations, horizontal and spherical from the sum of the
+/// axes' variances (2 DRMS). Values that are not known are NaN, DOPs 0. @param epoch null if the truth has
 /// not come: no fix
 template <class GPSFix>
 [[nodiscard]] GPSFix gps_fix_message(const Head& head, const simulation::Epoch* epoch) {

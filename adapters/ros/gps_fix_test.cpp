@@ -108,7 +108,7 @@ TEST(GpsFix, NamesTheSatellites) {
   EXPECT_EQ(m.status.orientation_source, Status::SOURCE_NONE);
 }
 
-// gps_msgs/GPSStatus: -1 no fix, 0 fix, 18 DGPS, 19 RTK with whole numbers, 20 with real ones.
+// gps_msgs/GPSStatus: -1 no fix, 0 fix, 18 DGPS, 19 RTK with integer ambiguities, 20 with float ambiguities.
 TEST(GpsFix, TellsTheKindsOfFixApart) {
   simulation::Epoch e = epoch();
   const auto status = [&] { return gps_fix_message<GPSFix>(head(), &e).status.status; };

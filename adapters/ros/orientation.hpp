@@ -10,10 +10,10 @@
 
 namespace canyon::ros_messages {
 
-/// autoware_sensing_msgs/GnssInsOrientationStamped of a receiver that knows the vehicle's attitude: by the
-/// vehicle's sensors, or by two antennas in its direction of travel. From forward, left, up to east, north,
-/// up. Errors are standard deviations [rad]; 1 is said of angles that are not measured, or whose accuracy is
-/// not stated: the roll of two antennas, roll and pitch of sensors. Empty without an attitude.
+/// autoware_sensing_msgs/GnssInsOrientationStamped of a receiver with the vehicle's attitude, from the
+/// vehicle's sensors or from two antennas in its direction of travel. From forward, left, up to east, north,
+/// up. Errors are standard deviations [rad]; 1 for angles that are not measured or have no reported accuracy:
+/// the roll of two antennas, roll and pitch of sensors. Empty without an attitude.
 template <class GnssInsOrientationStamped>
 [[nodiscard]] std::optional<GnssInsOrientationStamped> orientation_message(const Head& head,
                                                                            const simulation::Epoch* epoch) {

@@ -12,10 +12,10 @@
 namespace canyon::ros_messages {
 
 /// canyon_msgs/GnssRawObservations of one receiver, epoch by epoch in order of time: carrier phases are
-/// followed, so that each begins near its pseudorange and a lost cycle is reported once.
+/// tracked, so that each begins near its pseudorange and a cycle slip is reported once.
 class RawObservations {
  public:
-  /// @param epoch null where the truth has not come: no observations
+  /// @param epoch null if the truth has not come: no observations
   template <class GnssRawObservations>
   [[nodiscard]] GnssRawObservations message(const Head& head, const simulation::Epoch* epoch) {
     GnssRawObservations message;
@@ -41,7 +41,7 @@ class RawObservations {
     }
     return message;
   }
-  /// Time begins anew.
+  /// Time restarts.
   void reset() { arcs_ = {}; }
 
  private:
@@ -76,18 +76,18 @@ class RawObservations {
   output::PhaseArcs arcs_;
 };
 
-/// A receiver's state for diagnostics, beside its epoch.
+/// A receiver's state for diagnostics, in addition to its epoch.
 struct ReceiverHealth {
   std::string name;       ///< the node's
   std::string receiver;   ///< its profile or name
   std::string reason;     ///< why there is no epoch
-  double lateness_s = 0;  ///< delay of the last epoch behind the clock
+  double lateness_s = 0;  ///< delay of the last epoch after the clock
   double compute_s = 0;   ///< wall time of the last epoch in the node's own thread
   bool finished = false;  ///< the drive has ended
 };
 
 /// diagnostic_msgs/DiagnosticArray: OK with a fix or after the drive's end, WARN with an epoch without one,
-/// ERROR where the truth has not come.
+/// ERROR if the truth is missing.
 template <class DiagnosticArray>
 [[nodiscard]] DiagnosticArray diagnostics_message(const Head& head, const ReceiverHealth& health,
                                                   const simulation::Epoch* epoch) {

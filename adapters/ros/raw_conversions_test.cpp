@@ -10,7 +10,7 @@
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #endif
 
-// Tests use stand-ins as ROS 2's generator writes messages, and in builds with ROS 2 the messages themselves.
+// Tests use mocks of messages as generated in ROS 2 and, in builds with ROS 2, the real messages.
 
 namespace canyon::ros_messages::raw_conversions_test {
 namespace {
@@ -92,7 +92,7 @@ TYPED_TEST(Raw, HasWhatIsMeasuredAndNothingElse) {
   EXPECT_EQ(message.gps_week, 2051);
   EXPECT_NEAR(message.gps_tow, 46701 + 0.00012345678, 1e-9);  // the receiver's clock
   EXPECT_EQ(message.leap_seconds, 18);                        // since 2017
-  // All above the mask but G31, which is blocked.
+  // All above the mask except G31, which is blocked.
   ASSERT_EQ(message.observations.size(), 10U);
   const auto& g05 = message.observations[0];
   EXPECT_EQ(g05.id, "G05");
@@ -109,7 +109,7 @@ TYPED_TEST(Raw, HasWhatIsMeasuredAndNothingElse) {
   EXPECT_EQ(g05.carrier_phase_deviation, 0.01F);
   EXPECT_EQ(g05.lock_time, 12.5F);
   EXPECT_FALSE(g05.loss_of_lock);
-  // Whole cycles off the channel's count, within half a cycle of the pseudorange.
+  // An integer number of cycles off the channel's count, within half a cycle of the pseudorange.
   const double cycles = g05.pseudorange * 1575.42e6 / 299792458.0;
   EXPECT_NEAR(g05.carrier_phase, cycles, 0.5 + 1e-6);
   EXPECT_NEAR(std::remainder(g05.carrier_phase - 1239.5678, 1.0), 0, 1e-6);

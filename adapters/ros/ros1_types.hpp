@@ -13,8 +13,8 @@
 
 namespace canyon::ros_messages::ros1 {
 
-/// Messages of ROS 1 as C++20 can compile them: their generator (gencpp before 0.7) asks allocators for the
-/// member `rebind`, which std::allocator no longer has there. On the wire they are the same.
+/// ROS 1 messages that compile as C++20: their generator (gencpp before 0.7) uses the allocator member
+/// `rebind`, which std::allocator no longer has in C++20. The serialized form is the same.
 template <class T>
 struct Allocator : std::allocator<T> {
   Allocator() = default;
@@ -22,7 +22,7 @@ struct Allocator : std::allocator<T> {
   Allocator(const Allocator<U>&) noexcept {}  // NOLINT(google-explicit-constructor): allocators convert
 
   template <class U>
-  struct rebind {  // NOLINT(readability-identifier-naming): the name that is asked for
+  struct rebind {  // NOLINT(readability-identifier-naming): the required name
     using other = Allocator<U>;
   };
 };

@@ -11,7 +11,7 @@ namespace canyon::ros_messages {
 
 namespace detail {
 
-/// A vector in the sensor's axes as forward, left, up.
+/// Converts a vector in the sensor's axes to forward, left, up.
 template <class To>
 void assign_flu(To& to, const Eigen::Vector3d& from, inertial::ImuAxes axes) {
   const Eigen::Vector3d v = inertial::in_axes(from, axes, inertial::ImuAxes::Flu);
@@ -29,9 +29,9 @@ void spread_variance(Covariance& covariance, double variance) {
 }  // namespace detail
 
 /// sensor_msgs/Imu of a sample that is not lost: rates [rad/s] and specific force [m/s^2] in the sensor's
-/// axes, turned to forward, left, up where the sample has forward, right, down: at rest z is +9.8. Variances
+/// axes, rotated to forward, left, up if the sample has forward, right, down: at rest z is +9.8. Variances
 /// are those of the white noise over a sample. The sensor does not estimate its attitude: the orientation is
-/// that of no turn, orientation_covariance[0] is -1 (REP 145). Precondition: sample.sample.
+/// the identity, orientation_covariance[0] is -1 (REP 145). Precondition: sample.sample.
 template <class Imu>
 [[nodiscard]] Imu imu_message(const Head& head, const simulation::InertialSample& sample,
                               const inertial::ImuOptions& options) {
@@ -74,11 +74,11 @@ template <class FluidPressure>
   return message;
 }
 
-/// geometry_msgs/TwistWithCovarianceStamped of a vehicle by the wheels of an axle that does not steer, in the
-/// vehicle's axes at the middle of the axle: forward speed the mean of the wheels, turn rate their difference
-/// over the track. The axle slides neither sideways nor upwards, within 0.05 and 0.1 m/s (assumed). Variances
-/// are those of scale, slip and ticks. Turn rates that are not measured are 0 with a variance of 1e6: nodes
-/// that turn vectors into other frames would spread a NaN.
+/// geometry_msgs/TwistWithCovarianceStamped of a vehicle from the wheels of an unsteered axle, in the
+/// vehicle's axes at the middle of the axle: forward speed the mean of the wheels, yaw rate their difference
+/// divided by the track width. The axle does not slide sideways or upwards, within 0.05 and 0.1 m/s
+/// (assumed). Variances include scale, slip and ticks. Rates that are not measured are 0 with a variance of
+/// 1e6: nodes that rotate vectors into other frames would spread a NaN.
 template <class TwistWithCovarianceStamped>
 [[nodiscard]] TwistWithCovarianceStamped wheel_message(const Head& head,
                                                        const simulation::WheelsAtWork& wheels,

@@ -132,7 +132,7 @@ TEST(SensorConversions, WheelsAreASpeedAndATurn) {
   EXPECT_NEAR(std::sqrt(m.twist.covariance[0]), std::hypot(0.485, 0.515) / 2, 1e-12);
   EXPECT_NEAR(std::sqrt(m.twist.covariance[35]), std::hypot(0.485, 0.515) / 1.5, 1e-12);
   EXPECT_NEAR(m.twist.covariance[5], (0.515 * 0.515 - 0.485 * 0.485) / 3,
-              1e-12);  // the faster wheel errs more
+              1e-12);  // the faster wheel has a larger error
   EXPECT_EQ(m.twist.covariance[21], 1e6);
   options.track_m = 0;
   const auto one = wheel_message<Twist>({{3, 4}, "base_link"}, wheels, options);

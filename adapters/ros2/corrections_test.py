@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""RTCM 3 by topics of rtcm_msgs/Message, between processes: see processes_test.py."""
+"""RTCM 3 over topics of rtcm_msgs/Message, between processes: see processes_test.py."""
 import os
 import sys
 import time
@@ -40,7 +40,7 @@ def base_node(values=BASE, *more):
 @unittest.skipIf(Message is None, "SKIPPED: there is no rtcm_msgs here")
 class Corrections(unittest.TestCase):
     def drive(self, listener, poses, seen, node, kind, seconds=60):
-        """Poses come until the last five epochs have a fix of this kind."""
+        """Sends poses until the last five epochs have a fix of this kind."""
         end = time.monotonic() + seconds
         while [m.fix_kind for m in seen[-5:]] != 5 * [kind]:
             self.assertLess(time.monotonic(), end, f"{[m.fix_kind for m in seen[-5:]]}, not {kind}\n{node.output()}")
@@ -68,14 +68,14 @@ class Corrections(unittest.TestCase):
                     self.assertEqual(message.header.frame_id, "gnss")
                 self.assertEqual(numbers[0], 1005)
                 self.assertLessEqual({1033, 1077, 1087, 1097, 1127}, set(numbers))
-                # Bytes that are not RTCM 3 are reported once, and change nothing.
+                # Bytes that are not RTCM 3 are reported once, without effect.
                 rogue = listener.node.create_publisher(Message, "/rtcm", 10)
                 for _ in range(3):
                     for data in (b"", bytes(range(256)) * 8, b"\xd3" * 200_000):
                         rogue.publish(Message(message=data))
                         listener.spin_for(0.1)
                 self.drive(listener, poses, seen, rover, GnssSatellites.KIND_FIXED)
-                for text in ("has no bytes", "are not a frame of RTCM 3", "200000 bytes and is not read"):
+                for text in ("has no bytes", "are not a valid RTCM 3 frame", "200000 bytes and is not read"):
                     until(lambda text=text: text in rover.output(), text)
                     self.assertEqual(rover.output().count(text), 1, rover.output())
                 self.assertNotIn("ERROR", base.output())
@@ -92,7 +92,7 @@ class Corrections(unittest.TestCase):
             self.drive(listener, poses, seen, rover, GnssSatellites.KIND_FIXED)
 
     def test_a_scenarios_own_drive(self):
-        """Both by the clock that the rover drives, from the same start."""
+        """Both use the clock driven by the rover, from the same start."""
         with folder() as path, Listener() as listener:
             drive = os.path.join(path, "drive.yaml")
             with open(drive, "w") as file:

@@ -18,7 +18,7 @@ from sensor_msgs.msg import NavSatFix, NavSatStatus  # noqa: E402
 
 
 class Faults(unittest.TestCase):
-    """Faults that come and go by services, while poses come."""
+    """Faults added and ended by services, while poses arrive."""
 
     def ask(self, listener, service, text=""):
         reply = listener.call(FaultCommand, f"/receiver/{service}", FaultCommand.Request(fault=text))
@@ -30,7 +30,7 @@ class Faults(unittest.TestCase):
             poses = listener.node.create_publisher(PoseStamped, "/pose", 10)
 
             def reaches(status):
-                """Whether it comes to be that of four fixes on end, while poses come."""
+                """Whether four successive fixes have this status, while poses arrive."""
                 end = time.monotonic() + 30
                 fixes.clear()
                 while [m.status.status for m in fixes[-4:]] != 4 * [status] and time.monotonic() < end:
@@ -48,7 +48,7 @@ class Faults(unittest.TestCase):
             done, said = self.ask(listener, "get_faults")
             self.assertTrue(done)
             self.assertRegex(said, r"^car: dark \(outage\) from [0-9.]+ s, at work$")
-            # As people type it.
+            # As typed by a user.
             typed = ros2("service", "call", "/receiver/end_fault", "canyon_msgs/srv/FaultCommand", "{fault: dark}")
             self.assertIn("success=True, message='ended car: dark'", typed)
             self.assertTrue(reaches(0))
@@ -82,7 +82,7 @@ class Faults(unittest.TestCase):
                     listener.spin_until(lambda: [m.status.status for m in fixes[-4:]] == 4 * [status], service)
 
     def test_a_forced_fix_states_its_kind(self):
-        """docs/faults.md, "force": status, and the stated deviations of east and of the height."""
+        """docs/faults.md, "force": status, and the reported deviations of east and of the height."""
         kinds = {"float": (NavSatStatus.STATUS_GBAS_FIX, 0.2, 0.4), "fixed": (NavSatStatus.STATUS_GBAS_FIX, 0.01, 0.02),
                  "single": (NavSatStatus.STATUS_FIX, 1, 2), "none": (NavSatStatus.STATUS_NO_FIX, math.nan, math.nan)}
         with folder() as path:

@@ -13,7 +13,7 @@
 namespace canyon::adapters::ros2 {
 namespace {
 
-/// ROS 2 in this process, for all receivers: a thread that serves the nodes, and the names of topics in use.
+/// ROS 2 in this process, for all receivers: a thread for the nodes, and the names of topics in use.
 class Process {
  public:
   static std::shared_ptr<Process> get() {
@@ -72,7 +72,7 @@ class HostPublisher final : public live::EpochPublisher {
     try {
       node_ = std::make_shared<rclcpp::Node>(ros_name_part(identity.plugin),
                                              names_.base.empty() ? "/" : names_.base);
-      TopicNames names;  // those that are not set here lie in the node's namespace
+      TopicNames names;  // names not set here are in the node's namespace
       names.fix = names_.fix;
       names.fix_velocity = names_.fix_velocity;
       names.gnss_multipath = names_.gnss_multipath;

@@ -10,8 +10,8 @@
 
 namespace canyon::adapters::ros2 {
 
-/// The topics of a simulator's receiver (ReceiverTopics), by a node of its own in the simulator's process;
-/// ROS 2 is begun there where nobody has yet (gazebo_ros does). They are in claimed_ros_topics(), beside them
+/// The topics of a simulator's receiver (ReceiverTopics), from its own node in the simulator's process;
+/// initializes ROS 2 there unless already done (as by gazebo_ros). Topics are those of claimed_ros_topics(),
 /// raw_observations, and /diagnostics. Its services are those of FaultServices. Remarks about names are in
 /// the first take_notes(). Throws InputError as claimed_ros_topics().
 [[nodiscard]] std::unique_ptr<live::EpochPublisher> make_host_publisher(const ReceiverIdentity& identity,

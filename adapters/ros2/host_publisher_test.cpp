@@ -24,7 +24,7 @@ ReceiverIdentity iris(const std::string& sensor = "gps") {
   return {"city", "iris", "iris::link", "iris", sensor, "gnss"};
 }
 
-/// Subscribes by a node of its own in this process.
+/// Subscribes with its own node in this process.
 class Listener {
  public:
   template <class Message>
@@ -82,7 +82,7 @@ TEST(HostPublisher, BeginsRosAndPublishes) {
   EXPECT_EQ(raw->back().observations.size(), 10U);  // as in raw_conversions_test.cpp
   EXPECT_EQ(reports->back().status.at(0).name, "/iris/gnss: receiver");
 
-  // No truth: no position, and why.
+  // No truth: no position, with the reason.
   fixes->clear();
   reports->clear();
   report.step = nullptr;
@@ -101,7 +101,7 @@ TEST(HostPublisher, ReceiversHaveTopicsOfTheirOwn) {
   EXPECT_THAT(first->take_notes(), IsEmpty());
   const auto second = make_host_publisher(iris("gps1"), {}, {});
   EXPECT_THAT(second->take_notes(),
-              ElementsAre("another receiver has the ROS name /iris/fix; those of this one are in "
+              ElementsAre("another receiver uses the ROS name /iris/fix; names of this one are in "
                           "/iris/link/gps1"));
   RosSettings asked;
   asked.ros_namespace = "/iris";

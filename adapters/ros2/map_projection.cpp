@@ -15,7 +15,7 @@ namespace canyon::adapters::ros2 {
 namespace {
 
 constexpr std::size_t kMostBytes = 64 << 10;
-constexpr const char* kNeeds = "it needs projector_type, and mgrs_grid or map_origin";
+constexpr const char* kNeeds = "give projector_type, and mgrs_grid or map_origin";
 constexpr std::string_view kMgrs = "MGRS", kUtm = "LocalCartesianUTM", kTangential = "LocalCartesian",
                            kMercator = "TransverseMercator";
 
@@ -35,16 +35,17 @@ void visit(options::Visitor& v, MapProjectorInfo& info) {
     v.number({"latitude", "deg", "of the origin"}, info.latitude_deg, {-90, 90});
     v.number({"longitude", "deg", "of the origin"}, info.longitude_deg, {-180, 180});
     double altitude_m = 0;
-    v.number({"altitude", "m", "not used, as Autoware does not"}, altitude_m, {-10e3, 100e3});
+    v.number({"altitude", "m", "not used (as in Autoware)"}, altitude_m, {-10e3, 100e3});
   });
   v.number({"scale_factor", "", "on the meridian of the origin, with TransverseMercator"}, info.scale_factor,
            {0, 10, true});
   if (!v.reads()) return;
   const std::string& type = info.projector_type;
   if (type != kMgrs && type != kUtm && type != kTangential && type != kMercator) {
-    throw v.fault("projector_type", fmt::format("'{}' is not supported", type),
-                  "use MGRS, LocalCartesianUTM, LocalCartesian or TransverseMercator, or place the map by "
-                  "pose.east_m, pose.north_m and pose.heading_deg");
+    throw v.fault(
+        "projector_type", fmt::format("'{}' is not supported", type),
+        "use MGRS, LocalCartesianUTM, LocalCartesian or TransverseMercator, or define the map's frame "
+        "with pose.east_m, pose.north_m and pose.heading_deg");
   }
   if (info.vertical_datum != "WGS84" && info.vertical_datum != "EGM2008") {
     throw v.fault("vertical_datum", fmt::format("'{}' is not supported", info.vertical_datum),

@@ -14,7 +14,7 @@ namespace canyon::adapters::ros2 {
 
 inline constexpr double kUtmScale = 0.9996;
 
-/// Autoware's map_projector_info.yaml: the place of its frame `map` on the Earth.
+/// Autoware's map_projector_info.yaml: the position of its frame `map` on the Earth.
 struct MapProjectorInfo {
   std::string projector_type;            ///< MGRS, LocalCartesianUTM, LocalCartesian, TransverseMercator
   std::string vertical_datum = "WGS84";  ///< WGS84 or EGM2008
@@ -24,17 +24,17 @@ struct MapProjectorInfo {
 };
 
 void visit(options::Visitor& v, MapProjectorInfo& info);
-/// Throws InputError naming file, line and cure.
+/// Throws InputError naming file, line and hint.
 [[nodiscard]] MapProjectorInfo read_map_projector_info(const std::filesystem::path& file);
 
 /// Poses of a projected map in a city's ENU frame. MGRS: east and north of the corner of the square of 100
 /// km; LocalCartesianUTM: of the origin, on the grid of its zone; LocalCartesian: in the tangential plane of
-/// the origin; TransverseMercator: of the origin, on a grid about its meridian. Grid north is turned to true
-/// north, lengths of the grid become lengths on the ground. Heights over EGM2008 are taken over the geoid of
-/// the city.
+/// the origin; TransverseMercator: of the origin, on a grid around its meridian. Grid north is rotated to
+/// true north, grid lengths are converted to lengths on the ground. Heights above EGM2008 are treated as
+/// above the geoid of the city.
 class MapProjection {
  public:
-  /// Throws InputError for an origin outside UTM or a square that there is not.
+  /// Throws InputError for an origin outside UTM or a non-existent square.
   MapProjection(const MapProjectorInfo& info, const geodesy::LocalFrame& city, double geoid_undulation_m);
 
   /// @param pose in the map, x east, y north, z up

@@ -42,7 +42,7 @@ TEST(MapProjection, PutsTheOriginOfTheCityWhereMgrsHasIt) {
   const geodesy::LocalFrame city(geodesy::Geodetic::from_degrees(35.65858, 139.74543, 40));
   const auto info = read("projector_type: MGRS\nvertical_datum: WGS84\nmgrs_grid: 54SUE\n");
   EXPECT_LT(place_of(info, city, {86440.29, 46805.90, 40}).norm(), 0.01);
-  // Heights over the geoid, which is 36.7 m above the ellipsoid here.
+  // Heights above the geoid, which is 36.7 m above the ellipsoid here.
   const auto egm = read("projector_type: MGRS\nvertical_datum: EGM2008\nmgrs_grid: 54SUE\n");
   EXPECT_LT(place_of(egm, city, {86440.29, 46805.90, 3.3}, 36.7).norm(), 0.01);
 }
@@ -58,14 +58,14 @@ TEST(MapProjection, TurnsGridNorthToTrueNorth) {
       map.in_city({{86440.29, 46805.90 + 1000, 0}, Eigen::Quaterniond::Identity()});
   EXPECT_NEAR(pose.position_m.head<2>().norm(), 1000 / 0.99976, 0.05);
   EXPECT_NEAR(geodesy::degrees(std::atan2(pose.position_m.x(), pose.position_m.y())), -0.7315, 1e-3);
-  // A vehicle that looks along the grid's east axis looks 0.73 deg to the north of east.
+  // A vehicle heading along the grid's east axis has a heading 0.73 deg north of east.
   const Eigen::Vector3d ahead = pose.attitude * Eigen::Vector3d::UnitX();
   EXPECT_NEAR(geodesy::degrees(std::atan2(ahead.y(), ahead.x())), 0.7315, 1e-3);
 }
 
 TEST(MapProjection, TakesAnOriginOnTheGridOrInItsTangentialPlane) {
   const geodesy::LocalFrame city(geodesy::Geodetic::from_degrees(35.65858, 139.74543, 0));
-  // Autoware takes an altitude of 0 whatever the file says.
+  // Autoware uses an altitude of 0 for any value in the file.
   const std::string origin = "map_origin: {latitude: 35.65858, longitude: 139.74543, altitude: 40.0}\n";
   const auto plane = read("projector_type: LocalCartesian\n" + origin);
   EXPECT_LT((place_of(plane, city, {100, -200, 3}) - Eigen::Vector3d(100, -200, 3)).norm(), 1e-6);

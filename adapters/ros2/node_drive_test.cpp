@@ -35,7 +35,7 @@ struct Collector final : simulation::EpochSink {
   std::vector<simulation::Epoch> epochs;
 };
 
-/// Keeps the epochs of the receiver and of its base.
+/// Stores the epochs of the receiver and of its base.
 class Kept final : public live::EpochPublisher {
  public:
   Kept(std::vector<Step>& steps, std::vector<Step>& bases) : steps_(steps), bases_(bases) {}
@@ -100,7 +100,7 @@ void expect_same(const simulation::Epoch& a, const simulation::Epoch& b) {
   }
 }
 
-// The numbers are those of Simulation::run(). Epochs come at their own instants, whenever they are asked for.
+// The numbers are those of Simulation::run(). Epochs are at their own instants, at any time of the call.
 TEST(NodeDrive, IsTheSimulationsRun) {
   std::string street = kDrive + kCar;
   street.replace(street.find("open: true"), 10, "synthetic: {seed: 7}");
@@ -132,7 +132,7 @@ TEST(NodeDrive, ATimeThatGoesBackGivesTheSameNumbers) {
   }
 }
 
-// A base at a place corrects positions; one on the vehicle gives its heading.
+// A fixed base corrects positions; a base on the vehicle yields its heading.
 TEST(NodeDrive, HasItsBase) {
   for (const char* place : {"fixed: {east_m: 0, north_m: 0, up_m: 50}", "lever_arm: {forward_m: 1}"}) {
     Drove drive(kDrive +
@@ -160,10 +160,10 @@ TEST(NodeDrive, ABaseThatIsNowhereIsTold) {
   drive.hosted->update(0, [&](std::string&) {
     return live::HostedReceiver::Antennas{drive.simulation->antenna_pose(0, drive.simulation->begin())};
   });
-  EXPECT_THAT(drive.said, ElementsAre(HasSubstr("the base has no place")));
+  EXPECT_THAT(drive.said, ElementsAre(HasSubstr("the base has no position")));
 }
 
-// Dead reckoning has the samples of the vehicle's sensors.
+// Dead reckoning uses the samples of the vehicle's sensors.
 TEST(NodeDrive, FeelsItsSensors) {
   Drove drive(kDrive + "sensors: {imu: {profile: automotive, rate_hz: 100}, wheels: {}}\n" +
               "receivers: [{name: car, profile: ublox-f9r}]\n");

@@ -52,7 +52,7 @@ rcl_interfaces::msg::ParameterDescriptor descriptor_of(const options::Key& key) 
   descriptor.description = key.meaning;
   if (!key.unit.empty()) descriptor.description += " [" + key.unit + "]";
   descriptor.additional_constraints = key.values();
-  descriptor.dynamic_typing = true;  // 5 for 5.0, "none" for infinity, nothing for nothing
+  descriptor.dynamic_typing = true;  // 5 for 5.0, "none" for infinity, empty for not set
   if (key.range && std::isfinite(key.range->low) && std::isfinite(key.range->high)) {
     if (key.type == options::Type::Integer) {
       rcl_interfaces::msg::IntegerRange range;
@@ -70,8 +70,8 @@ rcl_interfaces::msg::ParameterDescriptor descriptor_of(const options::Key& key) 
   return descriptor;
 }
 
-// rclcpp would refuse a number out of the descriptor's range with a message of its own; as a text it comes to
-// the engine, which knows more.
+// rclcpp would reject a number outside the descriptor's range with its own message; a text reaches the
+// engine, which has better messages.
 void leave_to_engine(std::vector<rclcpp::Parameter>& changes) {
   for (rclcpp::Parameter& change : changes) {
     const options::Key* key = find_parameter(change.get_name());
@@ -116,7 +116,7 @@ void NodeParameters::declare() {
   try {
     shown.merge(parameters_of(settings()));
   } catch (const InputError& e) {
-    // Missing parameters may come before the node is configured.
+    // Missing parameters may be set before the node is configured.
     if (!given_.empty()) RCLCPP_ERROR(node_.get_logger(), "%s", e.what());
   }
   for (const options::Key& key : parameter_keys()) {
@@ -158,8 +158,7 @@ SetParametersResult NodeParameters::check(const std::vector<rclcpp::Parameter>& 
   const bool configured = owner_.configured();
   for (const std::string& name : names) {
     if (!configured || is_receivers(name)) continue;
-    return refused("parameter '" + name +
-                   "': it is read when the node is configured; clean the node up first");
+    return refused("parameter '" + name + "': it is read when the node is configured; run cleanup first");
   }
   try {
     owner_.change(read_settings(given));

@@ -14,19 +14,19 @@ class NodeParameters {
  public:
   struct Owner {
     std::function<bool()> configured;  ///< only the receiver's parameters may change
-    /// Settings that were given and are good. Throws InputError where they cannot be taken.
+    /// Applies given, valid settings. Throws InputError if they cannot be applied.
     std::function<void(const NodeSettings&)> change;
   };
 
-  /// Declares them all. An unknown parameter of the command line or a file is a warning, a bad value an error
-  /// in the log; settings() throws it again.
+  /// Declares all parameters. An unknown parameter of the command line or a file is a warning, an invalid
+  /// value an error in the log; settings() throws it again.
   NodeParameters(rclcpp_lifecycle::LifecycleNode& node, Owner owner);
 
   /// The present settings. Throws InputError.
   [[nodiscard]] NodeSettings settings() const { return read_settings(given_); }
-  /// The node shall configure and activate itself, as far as the parameters can be read.
+  /// Whether the node shall configure and activate itself, if this parameter can be read.
   [[nodiscard]] bool autostart() const;
-  /// The parameters show `settings` from now on, where they are not given.
+  /// Sets all parameters that are not given to `settings`.
   void show(const NodeSettings& settings);
 
  private:

@@ -29,26 +29,26 @@ constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
 
 void visit_pose(Visitor& v, NodeSettings& settings) {
   static constexpr std::string_view kSources[]{"trajectory", "pose", "odometry", "tf", "fixed"};
-  v.choice(
-      {"source", "",
-       "where the truth comes from: the scenario's trajectory; geometry_msgs/PoseStamped on the topic pose; "
-       "nav_msgs/Odometry on the topic odom; tf2; the receiver's `fixed` place, of a base"},
-      settings.pose_source, kSources);
-  v.text({"frame", "", "that poses are in: z up"}, settings.pose_frame);
-  v.text({"child_frame", "", "of the vehicle, where source is tf"}, settings.child_frame);
-  v.number({"east_m", "m", "where that frame's origin is in the city, from the city's: eastwards"},
+  v.choice({"source", "",
+            "source of the truth: the scenario's trajectory; geometry_msgs/PoseStamped on the topic pose; "
+            "nav_msgs/Odometry on the topic odom; tf2; the receiver's `fixed` position, for a base"},
+           settings.pose_source, kSources);
+  v.text({"frame", "", "frame of the poses: z up"}, settings.pose_frame);
+  v.text({"child_frame", "", "the vehicle's frame, if source is tf"}, settings.child_frame);
+  v.number({"east_m", "m", "origin of that frame in the city, from the city's origin: eastwards"},
            settings.pose_origin_enu_m.x(), {-1e6, 1e6});
   v.number({"north_m", "m", "northwards"}, settings.pose_origin_enu_m.y(), {-1e6, 1e6});
   v.number({"up_m", "m", "upwards"}, settings.pose_origin_enu_m.z(), {-1e6, 1e6});
   v.angle({"heading_deg", "deg", "of that frame's x axis, from east counter-clockwise"},
           settings.pose_heading_rad, {-360, 360});
   v.file({"map_projector", "",
-          "map_projector_info.yaml of Autoware, where poses are in its map: instead of east_m, north_m, up_m "
+          "map_projector_info.yaml of Autoware, if poses are in its map: instead of east_m, north_m, up_m "
           "and heading_deg"},
          settings.map_projector);
   if (!v.reads() || !settings.map_projector) return;
   for (const char* key : {"east_m", "north_m", "up_m", "heading_deg"})
-    if (v.has(key)) throw v.fault(key, "map_projector places the map already", "leave out one of the two");
+    if (v.has(key))
+      throw v.fault(key, "map_projector already defines the map's frame", "remove one of the two");
 }
 
 const options::Description& description() {
@@ -65,7 +65,7 @@ std::vector<Key> make_keys() {
       if (receivers) key.path.erase(0, kReceivers.size());
       const bool files_own = key.path.find("[]") != std::string::npos || key.type == Type::Rows ||
                              key.path.starts_with("outputs");
-      // Some keys stand at the top of a scenario and at its receivers; here there is one receiver.
+      // Some keys are both at the top of a scenario and in its receivers; here there is one receiver.
       if (!files_own && names.insert(key.path).second) keys.push_back(std::move(key));
     }
   };
@@ -74,7 +74,7 @@ std::vector<Key> make_keys() {
   return keys;
 }
 
-/// The value as a text that readers take; a list's texts one by one. Empty: not given.
+/// The value as text for readers; the texts of a list one by one. Empty: not given.
 std::optional<Node> node_of(const ParameterValue& value) {
   using options::scalar_node;
   const auto list = [](const auto& items, const auto& text) -> std::optional<Node> {
@@ -98,7 +98,7 @@ std::optional<Node> node_of(const ParameterValue& value) {
   return std::nullopt;
 }
 
-/// The value below a key of a mapping, made if there is none.
+/// The value of a key in a mapping; created if missing.
 Node& child_of(Node& mapping, std::string_view key) {
   mapping.kind = Node::Kind::Mapping;
   const auto at = std::find_if(mapping.entries.begin(), mapping.entries.end(),
@@ -108,7 +108,7 @@ Node& child_of(Node& mapping, std::string_view key) {
   return mapping.entries.back().value;
 }
 
-/// Removes faults that name other receivers. @param base name of the base that is kept; empty: none
+/// Removes faults of other receivers. @param base name of the kept base; empty: none
 void only_faults_of(Node& root, const Node& receiver, const std::string& base) {
   const auto list = std::find_if(root.entries.begin(), root.entries.end(),
                                  [](const Node::Entry& entry) { return entry.key == "faults"; });
@@ -123,7 +123,7 @@ void only_faults_of(Node& root, const Node& receiver, const std::string& base) {
     std::erase_if(names, [&](const Node& each) { return each.text != own && each.text != base; });
     const bool stays = !names.empty() || named->value.text == own || named->value.text == base;
     if (stays && base.empty())
-      fault.entries.erase(named);  // it is the only one here
+      fault.entries.erase(named);  // there is only one receiver here
     else if (!stays)
       fault.kind = Node::Kind::Empty;
   }
@@ -133,8 +133,8 @@ void only_faults_of(Node& root, const Node& receiver, const std::string& base) {
   if (any && faults.empty()) root.entries.erase(list);
 }
 
-/// Keeps one receiver of the tree, made if there is none, and behind it its base.
-/// @param base the receiver's source of corrections; empty: as its own keys say
+/// Keeps one receiver of the tree (created if there is none), followed by its base.
+/// @param base the receiver's source of corrections; empty: from its own keys
 void only_receiver(Node& root, const std::string& name, std::string base) {
   Node& receivers = child_of(root, "receivers");
   if (receivers.kind == Node::Kind::Empty) receivers.kind = Node::Kind::List;
@@ -181,7 +181,7 @@ void put(Node& root, const std::string& name, Node value) {
   }
   Node* at = is_receivers(name) ? &child_of(root, "receivers").items.front() : &root;
   for (const std::string_view part : split(name, '.')) {
-    // `start: TEXT` gives way to start.week, and so on.
+    // `start: TEXT` is replaced by start.week, and so on.
     if (at->kind != Node::Kind::Mapping) *at = {};
     at = &child_of(*at, part);
   }
@@ -200,32 +200,33 @@ void check_topics(const Visitor& v, const NodeSettings& settings) {
   } catch (const InputError& e) {
     throw v.fault("corrections.from", e.problem(), e.cure());
   }
-  throw v.fault("corrections.from", fmt::format("'{}' is a stream, which this node does not read", from),
-                "name a base, a second receiver of the scenario, or a topic, topic:NAME, or run it by canyon "
-                "live");
+  throw v.fault(
+      "corrections.from", fmt::format("'{}' is a stream, which a ROS 2 node cannot read", from),
+      "name a base, a second receiver of the scenario, or a topic, topic:NAME, or run it with canyon "
+      "live");
 }
 
 void check_fixed(const Visitor& v, const NodeSettings& settings) {
   const bool fixed = settings.live.receiver().fixed.has_value();
   if (settings.pose_source == PoseSource::Fixed && !fixed) {
-    throw v.fault("pose.source", "the receiver has no fixed place",
+    throw v.fault("pose.source", "the receiver has no fixed position",
                   "give it fixed.latitude_deg, fixed.longitude_deg and fixed.height_m, or fixed.east_m, "
                   "fixed.north_m and fixed.up_m");
   }
   if (settings.pose_source != PoseSource::Fixed && settings.by_poses() && fixed) {
     throw v.fault("pose.source", "poses would move the receiver, which is fixed",
-                  "set pose.source: fixed, or leave fixed out");
+                  "set pose.source: fixed, or remove fixed");
   }
 }
 
-/// A base station of rovers that are other nodes.
+/// A base station for rovers in other nodes.
 bool is_base(const NodeSettings& settings) {
   return settings.pose_source == PoseSource::Fixed ||
          std::any_of(settings.streams.begin(), settings.streams.end(),
                      [](const std::string& stream) { return topic_of_stream(stream).has_value(); });
 }
 
-/// Values by their paths; lists of mappings are left out.
+/// Values by path, without lists of mappings.
 void flatten(const Node& node, const std::string& path, Parameters& into);
 
 ParameterValue value_of(const Node& node, const Key& key) {
@@ -260,7 +261,7 @@ void flatten(const Node& node, const std::string& path, Parameters& into) {
     for (const Node::Entry& entry : node.entries)
       flatten(entry.value, path.empty() ? entry.key : path + "." + entry.key, into);
   } else if (path == "receivers") {
-    if (!node.items.empty()) flatten(node.items.front(), "", into);  // its base is the file's alone
+    if (!node.items.empty()) flatten(node.items.front(), "", into);  // its base is only in the file
   } else if (const Key* key = find_parameter(path); key != nullptr && node.kind != Node::Kind::Empty) {
     into[path] = value_of(node, *key);
   }
@@ -277,23 +278,24 @@ void visit(Visitor& v, NodeSettings& settings) {
   v.text({"receiver", "", "which of its receivers", "its first"}, settings.receiver);
   v.boolean({"autostart", "", "configures and activates itself"}, settings.autostart);
   v.boolean({"diagonal_covariance", "",
-             "fixes state variances alone, without what couples east, north and up, as most drivers do"},
+             "fixes report only variances, without covariances of east, north and up, as most drivers do"},
             settings.diagonal_covariance);
   v.boolean({"drive_clock", "", "publish /clock from 0, and use it"}, settings.drive_clock);
-  v.number({"speed", "", "of the clock that it drives, times real time"}, settings.speed, {0, 1000, true});
+  v.number({"speed", "", "of the clock that it drives, relative to real time"}, settings.speed,
+           {0, 1000, true});
   live::visit_host(v, settings, settings.frame_id, [&] { visit_pose(v, settings); });
   simulation::ScenarioOfAnyTrajectory any{settings.live};
   visit(v, any);
   if (!v.reads()) return;
   check_topics(v, settings);
   check_fixed(v, settings);
-  // The base's signals have the errors that corrections remove, as in a scenario with the rover.
+  // The base's signals have the errors removed by corrections, as in a scenario with the rover.
   if (is_base(settings)) settings.live.sky.errors.enabled.set_default(true);
   if (!settings.by_poses()) {
     v.require("trajectory", "add trajectory: {file: ...}, waypoints or position, or set pose.source");
   } else if (settings.drive_clock) {
-    throw v.fault("drive_clock", "poses from outside bring a time of their own",
-                  "leave it out, or take the truth from the scenario's trajectory");
+    throw v.fault("drive_clock", "external poses have their own time",
+                  "remove it, or take the truth from the scenario's trajectory");
   }
 }
 
@@ -322,7 +324,7 @@ std::string meant_parameter(const std::string& name) {
   std::vector<std::string> names;
   for (const Key& key : parameter_keys()) names.push_back(key.path);
   const auto similar = options::closest_key(name, names);
-  return similar ? fmt::format("did you mean '{}'?", *similar) : "docs/ros2.md names them";
+  return similar ? fmt::format("did you mean '{}'?", *similar) : "see docs/ros2.md for their names";
 }
 
 bool is_receivers(const std::string& name) {
@@ -353,7 +355,7 @@ NodeSettings read_settings(const Parameters& given) {
   if (const std::string file = text_of("scenario"); !file.empty()) {
     document.file = file;
     const TextFile text(file, kMaxBytes);
-    root = options::parse_yaml(std::string(text.text()), document, "it needs at least city and trajectory");
+    root = options::parse_yaml(std::string(text.text()), document, "add at least city and trajectory");
     settings.live.file = file;
   }
   if (root.kind == Node::Kind::Mapping) {
@@ -375,7 +377,7 @@ Parameters parameters_of(const NodeSettings& settings) {
   options::Document document;
   Parameters parameters;
   flatten(options::parse_yaml(options::yaml(settings), document, ""), "", parameters);
-  // The written text names no profile, as it has every key.
+  // The written text names no profile, since it has all keys.
   parameters.erase("profile");
   return parameters;
 }
@@ -394,7 +396,7 @@ simulation::LiveConfig driven_config(const NodeSettings& settings, const std::st
     config.start = drive->begin();
     config.rate_hz = 1 / drive->interval_s();
     config.with_sensors = config.sensors.any() && !config.receiver().fixed;
-    config.warnings.clear();  // the simulation says them
+    config.warnings.clear();  // the simulation logs them
     return config;
   }
   config.receiver().options.own_draws = true;

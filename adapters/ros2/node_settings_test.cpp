@@ -60,7 +60,7 @@ TEST_F(Settings, ReceiverChoosesAndOthersGo) {
   EXPECT_THAT(fault_of({{"scenario", file_}, {"receiver", "third"}}), HasSubstr("it has first, second"));
 }
 
-// A receiver that takes corrections keeps its base, by the file or by a parameter.
+// A receiver that uses corrections keeps its base, from the file or from a parameter.
 TEST_F(Settings, ABaseStaysBesideItsReceiver) {
   std::ofstream(file_)
       << kScenario
@@ -113,7 +113,7 @@ TEST_F(Settings, AFixedReceiverNeedsNoPoses) {
   moved["pose.source"] = "pose";
   EXPECT_THAT(fault_of(moved), AllOf(HasSubstr("parameter 'pose.source'"), HasSubstr("pose.source: fixed")));
   EXPECT_THAT(fault_of({{"scenario", file_}, {"pose.source", "fixed"}}),
-              AllOf(HasSubstr("parameter 'pose.source'"), HasSubstr("no fixed place")));
+              AllOf(HasSubstr("parameter 'pose.source'"), HasSubstr("no fixed position")));
 }
 
 TEST_F(Settings, ParametersStandOverTheFile) {
@@ -145,7 +145,7 @@ TEST_F(Settings, NoFileIsNeeded) {
   EXPECT_TRUE(live.receiver().options.own_draws);
 }
 
-// The words of the engine, with the parameter's name.
+// The engine's messages, with the parameter's name.
 TEST_F(Settings, FaultsNameTheParameterOrTheLine) {
   EXPECT_THAT(fault_of({{"scenario", file_}, {"elevation_mask_deg", 95.0}}),
               AllOf(HasSubstr("parameter 'elevation_mask_deg'"), HasSubstr("95"),
@@ -171,7 +171,7 @@ TEST_F(Settings, ParametersReadBackTheSame) {
   EXPECT_EQ(std::get<std::int64_t>(shown.at("seed")), 1);
   EXPECT_EQ(std::get<std::string>(shown.at("pose.source")), "trajectory");
   EXPECT_THAT(shown, Not(Contains(Key("profile"))));
-  // One by one as parameters over the file they say what it says.
+  // Set one by one as parameters, they equal the file's values.
   for (const auto& [name, value] : shown) {
     // The file has other values of these.
     if (name.rfind("trajectory.", 0) == 0 || name.rfind("city.", 0) == 0) continue;

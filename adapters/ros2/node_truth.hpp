@@ -15,7 +15,7 @@ namespace canyon::adapters::ros2 {
 /// A scenario's own drive.
 using Drive = std::shared_ptr<const simulation::Simulation>;
 
-/// A receiver in a city that is moved by poses from outside or by `drive`, or stands at its fixed place.
+/// A receiver in a city, moved by external poses or by `drive`, or at its fixed position.
 /// @param start GPS time of the host's time 0, without a drive; @param own_name see driven_config()
 [[nodiscard]] live::HostSetup setup_of(const NodeSettings& settings,
                                        std::shared_ptr<simulation::CityScene> scene, geodesy::GpsTime start,
@@ -25,13 +25,13 @@ using Drive = std::shared_ptr<const simulation::Simulation>;
 /// Its truth.
 class NodeTruth {
  public:
-  /// Throws InputError for a map_projector that cannot be read.
+  /// Throws InputError for an unreadable map_projector.
   NodeTruth(const NodeSettings& settings, const city::City& city, Drive drive = nullptr);
 
-  /// A pose of the vehicle in pose_frame, with the sender's stamp [s], that comes at `now_ns` of the host's
-  /// time. As PoseInbox::take().
+  /// A pose of the vehicle in pose_frame, with the sender's stamp [s], received at `now_ns` of the host's
+  /// time. See PoseInbox::take().
   [[nodiscard]] std::string take(const simulation::RigidPose& pose, double stamp_s, std::int64_t now_ns);
-  /// Empty, with `reason`, where no pose has come in time. @param now_ns of the drive: since its begin
+  /// Empty, with `reason`, if no pose was received in time. @param now_ns with a drive: since its beginning
   [[nodiscard]] std::optional<live::HostedReceiver::Motion> at(std::int64_t now_ns, std::string& reason);
 
  private:

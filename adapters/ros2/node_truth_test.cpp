@@ -43,9 +43,9 @@ TEST(NodeTruth, SaysWhyThereIsNoEpoch) {
   EXPECT_FALSE(poses->observe(2 * kSecond, reason));  // older than 0.5 s
 }
 
-// Where the antenna is, by hand: the frame's x axis points north, its origin lies 100 m east and 20 m north
-// of the city's; the vehicle stands 10 m along x and 3 m along y, looks along y (which is west) and carries
-// its antenna 2 m ahead and 1 m up. East 100 - 3 - 2, north 20 + 10, up 1.
+// The antenna's position by hand: the frame's x axis points north, its origin is 100 m east and 20 m north of
+// the city's; the vehicle is at 10 m along x and 3 m along y, heads along y (which is west) and has its
+// antenna 2 m ahead and 1 m up. East 100 - 3 - 2, north 20 + 10, up 1.
 TEST(NodeTruth, PutsTheFrameIntoTheCity) {
   const auto poses = test::make_receiver(open_field({{"pose.east_m", 100.0},
                                                      {"pose.north_m", 20.0},

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""The receiver's node, other programs of ROS 2 and this one, each a process of its own.
+"""The receiver's node, other ROS 2 programs and this one, each in its own process.
 
-Expected numbers are those of `canyon simulate`, or closed forms that stand where they are used. Runs under ctest, which
-gives the environment; a name of a class alone runs that.
+Expected numbers are those of `canyon simulate`, or closed forms given next to their use. Runs under ctest, which
+sets the environment; a class name as argument runs only that class.
 """
 import math
 import os
@@ -30,7 +30,7 @@ TOPICS = {"/fix": NavSatFix, "/fix_velocity": TwistWithCovarianceStamped, "/gnss
 
 
 def geodetic(east, north):
-    """Degrees a few metres away from the origin: radii of curvature of WGS 84, within (10 m)^2 / 6378 km."""
+    """Degrees at a few metres from the origin: radii of curvature of WGS 84, within (10 m)^2 / 6378 km."""
     a, e2, latitude = 6378137.0, 0.0066943799901413165, math.radians(22.3)
     w = math.sqrt(1 - e2 * math.sin(latitude) ** 2)
     return (22.3 + math.degrees(north / (a * (1 - e2) / w ** 3)),
@@ -38,7 +38,7 @@ def geodetic(east, north):
 
 
 class Topics(unittest.TestCase):
-    """A scenario's drive, with the clock that it drives."""
+    """A scenario's drive, with the clock driven by it."""
 
     def setUp(self):
         self.folder = folder()
@@ -80,17 +80,17 @@ class Topics(unittest.TestCase):
             listener.spin_until(lambda: len(received["/fix"]) == 81, "81 epochs")
             took = time.monotonic() - began
             listener.spin_for(0.5)
-            self.assertEqual(listener.state("/receiver"), "inactive")  # where the drive has ended
+            self.assertEqual(listener.state("/receiver"), "inactive")  # after the end of the drive
         for topic in ("/fix", "/fix_velocity", "/gnss_multipath", "/satellites", "/raw_observations"):
             stamps = [round(seconds_of(m.header.stamp), 9) for m in received[topic]]
             self.assertEqual(stamps, [round(0.1 * i, 9) for i in range(81)], topic)
-        # 8 s of simulated time at its speed of 1, and what starts and ends.
+        # 8 s of simulated time at speed 1, plus start and end.
         self.assertGreater(took, 7.9)
         self.assertLess(took, 12)
         clock = [seconds_of(m.clock) for m in received["/clock"]]
         self.assertEqual(clock, sorted(clock))
         self.assertEqual((round(clock[0], 9), round(clock[-1], 9), len(clock)), (0, 8.1, 811))  # every 10 ms, to the end of the last interval
-        # Once a second, at every change, and at the end.
+        # Once per second, at every change, and at the end.
         self.assertGreaterEqual(len(received["/diagnostics"]), 9)
         self.assertLess(len(received["/diagnostics"]), 40)
 
@@ -131,7 +131,7 @@ class Topics(unittest.TestCase):
             sensor_data = listener.listen(NavSatFix, "/fix")
             listener.spin_until(lambda: len(sensor_data) > 5, "fixes")
             until(lambda: "quality of service" in node.output(), "the warning")
-            self.assertRegex(node.output(), r"a subscriber of /fix asks for .*not offered \(RELIABILITY_QOS_POLICY\)")
+            self.assertRegex(node.output(), r"a subscriber of /fix requests .*not offered \(RELIABILITY_QOS_POLICY\)")
             self.assertEqual(reliable, [])
         with receiver(values), Listener() as listener:
             reliable = listener.listen(NavSatFix, "/fix", reliable=True)
@@ -197,7 +197,7 @@ class Lifecycle(unittest.TestCase):
                 self.assertFalse(listener.transition("/receiver", Transition.TRANSITION_CONFIGURE))
                 self.assertEqual(listener.state("/receiver"), "unconfigured")
                 self.assertIn("none.yaml", node.output())
-                # And goes on where the cause is mended.
+                # And continues after the cause is fixed.
                 self.assertEqual(listener.set_parameter("/receiver", "scenario", write_drive(path, 5)), "")
                 self.assertTrue(listener.transition("/receiver", Transition.TRANSITION_CONFIGURE), node.output())
             with receiver({"scenario": missing, "autostart": True}) as node:
@@ -209,7 +209,7 @@ class Parameters(unittest.TestCase):
     def test_descriptors_ranges_and_refusals(self):
         with folder() as path:
             drive = write_drive(path, 60)
-            # The engine's own words, as the command line has them.
+            # The engine's own messages, as on the command line.
             wrong = os.path.join(path, "wrong.yaml")
             with open(drive) as file, open(wrong, "w") as other:
                 other.write(file.read().replace("profile: paper", "profile: paper, elevation_mask_deg: 95"))
@@ -229,13 +229,13 @@ class Parameters(unittest.TestCase):
                 self.assertIn("20", ros2("param", "get", "/receiver", "elevation_mask_deg"))
                 self.assertTrue(listener.transition("/receiver", Transition.TRANSITION_CONFIGURE))
                 # The city is loaded; the receiver may still change.
-                self.assertRegex(listener.set_parameter("/receiver", "city.synthetic.seed", 8), "clean the node up")
+                self.assertRegex(listener.set_parameter("/receiver", "city.synthetic.seed", 8), "run cleanup first")
                 self.assertEqual(listener.set_parameter("/receiver", "elevation_mask_deg", 15.0), "")
                 self.assertIn(engine.split("must")[-1].strip(),
                               listener.set_parameter("/receiver", "elevation_mask_deg", 95.0))
                 self.assertTrue(listener.transition("/receiver", Transition.TRANSITION_ACTIVATE))
                 self.assertEqual(listener.set_parameter("/receiver", "elevation_mask_deg", 5.0), "")
-                self.assertRegex(listener.set_parameter("/receiver", "rate_hz", 5.0), "clean the node up")
+                self.assertRegex(listener.set_parameter("/receiver", "rate_hz", 5.0), "run cleanup first")
 
     def test_a_receiver_by_poses_changes_while_it_runs(self):
         with receiver(OPEN_FIELD) as node, Listener() as listener:
@@ -264,7 +264,7 @@ class Parameters(unittest.TestCase):
 
 
 class Poses(unittest.TestCase):
-    """Truth from topics: an ideal receiver in the open says where it is."""
+    """Truth from topics: an ideal receiver in open sky reports its position."""
 
     def check(self, source, publish):
         with receiver({**OPEN_FIELD, "pose.source": source}) as node, Listener() as listener:
@@ -325,7 +325,7 @@ class Poses(unittest.TestCase):
                 first.header.stamp = second.header.stamp = stamp
                 first.header.frame_id, first.child_frame_id = "map", "odom"
                 second.header.frame_id, second.child_frame_id = "odom", "base_link"
-                # 8 m east and 5 m north; then, looking north, 2 m to the right: 10 m east.
+                # 8 m east and 5 m north; then, heading north, 2 m to the right: 10 m east.
                 first.transform.translation.x, first.transform.translation.y = 8.0, 5.0
                 first.transform.rotation.w = first.transform.rotation.z = math.sqrt(0.5)
                 second.transform.translation.y, second.transform.translation.z = -2.0, 1.5
@@ -335,7 +335,7 @@ class Poses(unittest.TestCase):
         self.check("tf", publish)
 
     def test_simulated_time(self):
-        """Epochs go by /clock: 2 Hz of it, however fast that runs; time that goes back begins anew."""
+        """Epochs follow /clock: 2 Hz in its time, at any speed; if time goes back the receiver restarts."""
         with receiver({**OPEN_FIELD, "use_sim_time": True, "rate_hz": 2}) as node, Listener() as listener:
             fixes = listener.listen(NavSatFix, "/fix")
             clock = listener.node.create_publisher(Clock, "/clock", 10)

@@ -33,14 +33,15 @@ namespace {
 using lifecycle_msgs::msg::State;
 
 constexpr double kDefaultRate_hz = 10;
-// How finely time goes: epochs come at most this late.
+// Time resolution: the maximum delay of epochs.
 constexpr std::int64_t kTick_ns = 10'000'000;
 
 /// Throws InputError for settings that this build does not support.
 void check_build(const NodeSettings& settings) {
 #ifndef CANYON_WITH_TF2
   if (settings.pose_source == PoseSource::Tf)
-    throw InputError("parameter 'pose.source': this build has no tf2", "build it where tf2_ros is found");
+    throw InputError("parameter 'pose.source': this build has no tf2",
+                     "build it in an environment with tf2_ros");
 #endif
   if (!settings.corrections_topic().empty()) require_rtcm_msgs("parameter 'corrections.from'");
   for (const std::string& stream : settings.streams)
@@ -57,7 +58,7 @@ class TopicsPublisher final : public live::EpochPublisher {
   std::function<void(const live::ReceiverReport&)> publish_;
 };
 
-/// Sensors that the scenario's own drive has, and the clock, beside the topics of every receiver.
+/// Sensors of the scenario's own drive and the clock, in addition to the topics of every receiver.
 TopicNames topics_of(const NodeSettings& settings) {
   TopicNames names;
   const inertial::SensorOptions& sensors = settings.live.sensors;
@@ -90,7 +91,7 @@ struct ReceiverNode::Impl {
     const bool elsewhere = changed.corrections_topic() != settings.corrections_topic();
     settings = changed;
     if (!timer || !elsewhere) return;
-    // A subscription declares parameters, which none may while others are being set.
+    // A subscription declares parameters, which is not allowed while others are being set.
     corrections.reset();
     listener_starter = node.create_wall_timer(std::chrono::seconds(0), [this] {
       listener_starter.reset();
@@ -123,7 +124,7 @@ struct ReceiverNode::Impl {
     parameters.show(settings);
     report.append(scene->city.notes);
     for (const std::string& line : report.warnings()) warn(line);
-    RCLCPP_INFO(node.get_logger(), "city '%s' with %zu triangles, %g epochs a second",
+    RCLCPP_INFO(node.get_logger(), "city '%s' with %zu triangles, %g epochs per second",
                 scene->city.name.c_str(), scene->city.mesh.triangles.size(), 1 / interval_s);
   }
 
@@ -158,7 +159,7 @@ struct ReceiverNode::Impl {
     listener.reset();
     transforms.reset();
 #endif
-    hosted.reset();  // whole files
+    hosted.reset();  // completes files
     sensors.reset();
     truth.reset();
     if (topics) topics->reset();
@@ -180,7 +181,7 @@ struct ReceiverNode::Impl {
     if (failed) rclcpp::shutdown(node.get_node_base_interface()->get_context(), "autostart failed");
   }
 
-  // An error of the receiver ends the drive: guarded() takes it.
+  // An error of the receiver ends the drive: guarded() catches it.
   void begin_receiver(geodesy::GpsTime start) {
     truth.emplace(settings, scene->city, simulation);
     const auto say = [this](live::Tone tone, const std::string& line) {
@@ -202,7 +203,7 @@ struct ReceiverNode::Impl {
   }
 
   void listen() {
-    const auto qos = rclcpp::SensorDataQoS();  // takes messages of reliable publishers as well
+    const auto qos = rclcpp::SensorDataQoS();  // also receives from reliable publishers
     if (settings.pose_source == PoseSource::Pose) {
       using Pose = geometry_msgs::msg::PoseStamped;
       subscription = node.create_subscription<Pose>(
@@ -242,7 +243,7 @@ struct ReceiverNode::Impl {
     if (now_ns() == 0) return;  // simulated time has not begun
     begin_poses();
     if (!header.frame_id.empty() && header.frame_id != settings.pose_frame) {
-      warn("poses are in the frame '" + header.frame_id + "' and are taken as in '" + settings.pose_frame +
+      warn("poses are in the frame '" + header.frame_id + "' but treated as in '" + settings.pose_frame +
            "'; set pose.frame to it, or take them from tf (pose.source)");
     }
     const auto& p = pose.position;
@@ -267,12 +268,12 @@ struct ReceiverNode::Impl {
       pose.position.z = found.transform.translation.z;
       pose.orientation = found.transform.rotation;
       on_pose(found.header, pose);
-    } catch (const tf2::TransformException&) {  // not yet; the epoch says that no pose has come
+    } catch (const tf2::TransformException&) {  // not yet; the epoch reports that no pose was received
     }
 #endif
   }
 
-  // Simulated time begins at 0, as Gazebo's does; the machine's time when the first pose or tick comes.
+  // Simulated time begins at 0, as in Gazebo; the machine's time at the first pose or tick.
   void begin_poses() {
     if (hosted) return;
     const bool simulated = node.get_parameter("use_sim_time").as_bool();
@@ -289,12 +290,12 @@ struct ReceiverNode::Impl {
     return live::answer(request, {hosted->adjustable(hosted->receiver().config().receiver().options.name)});
   }
 
-  // The ticks of the clock that this node drives. Those that an epoch has held up follow at once; of a
-  // machine that is slower than the clock they wait.
+  // The ticks of the clock driven by this node. Ticks delayed by an epoch follow at once; on a machine slower
+  // than the clock they are late.
   void tick_clock() {
     using Clock = std::chrono::steady_clock;
     constexpr auto kLatest = std::chrono::milliseconds(500);
-    constexpr int kMost = 100;  // at a time: others are served too
+    constexpr int kMost = 100;  // at a time, to serve others too
     const auto now = Clock::now();
     next_tick = std::max(next_tick, now - kLatest);
     for (int i = 0; i < kMost && timer && next_tick <= now; ++i, next_tick += period) {
@@ -326,7 +327,7 @@ struct ReceiverNode::Impl {
     hosted->update(elapsed_ns, [&](std::string& reason) { return truth->at(elapsed_ns, reason); });
   }
 
-  // Samples of sensors and epochs of a scenario's own drive that are due.
+  // Due samples of sensors and epochs of a scenario's own drive.
   void drive() {
     if (sensors) {
       const simulation::EpochSchedule schedule(interval_s);
@@ -349,7 +350,7 @@ struct ReceiverNode::Impl {
     node.deactivate();
   }
 
-  // Stamps are of the node's clock.
+  // Stamps are in the node's clock.
   void publish(const live::ReceiverReport& report) {
     live::ReceiverReport stamped = report;
     stamped.sim_time_ns = *zero_ns + report.sim_time_ns;
@@ -396,8 +397,8 @@ struct ReceiverNode::Impl {
   std::optional<std::int64_t> zero_ns;  // of the node's clock, when the drive began
   std::int64_t elapsed_ns = 0;          // since then
   std::int64_t tick_ns = kTick_ns;
-  std::chrono::nanoseconds period{};                // of the ticks of the clock that it drives, in real time
-  std::chrono::steady_clock::time_point next_tick;  // of that clock
+  std::chrono::nanoseconds period{};                // of the ticks of the driven clock, in real time
+  std::chrono::steady_clock::time_point next_tick;  // of the driven clock
   std::int64_t stamp_ns = 0;                        // of the last epoch, on the node's clock
   ros_messages::ReceiverHealth health;
   std::set<std::string> said;

@@ -5,10 +5,10 @@
 
 namespace canyon::adapters::ros2 {
 
-/// One receiver as a managed node, loaded by itself or into a container
-/// (canyon::adapters::ros2::ReceiverNode). configure reads the parameters and loads the city, activate begins
-/// the drive, or listens to poses. Its parameters are parameter_keys(), its topics stand in docs/ros2.md.
-/// It deactivates itself when the drive has ended.
+/// One receiver as a managed node, run alone or loaded into a container
+/// (canyon::adapters::ros2::ReceiverNode). configure reads the parameters and loads the city, activate starts
+/// the drive, or subscribes to poses. Its parameters are parameter_keys(); docs/ros2.md lists its topics. It
+/// deactivates itself at the end of the drive.
 class ReceiverNode final : public rclcpp_lifecycle::LifecycleNode {
  public:
   explicit ReceiverNode(const rclcpp::NodeOptions& options);
@@ -22,7 +22,7 @@ class ReceiverNode final : public rclcpp_lifecycle::LifecycleNode {
   CallbackReturn on_shutdown(const rclcpp_lifecycle::State& state) override;
   CallbackReturn on_error(const rclcpp_lifecycle::State& state) override;
 
-  /// `autostart` was asked for and did not work out.
+  /// Whether `autostart` was set and failed.
   [[nodiscard]] bool failed() const;
 
  private:

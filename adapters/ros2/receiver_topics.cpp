@@ -12,7 +12,7 @@ namespace canyon::adapters::ros2 {
 namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
-// A second of a fast inertial sensor, for a subscriber that is late.
+// A second of a fast inertial sensor, for a delayed subscriber.
 constexpr std::size_t kSensorDepth = 200;
 
 ros_messages::Head head_of(std::int64_t stamp_ns, const std::string& frame_id) {
@@ -25,7 +25,7 @@ template <class Publisher, class Make>
 void send(const Publisher& publisher, const Make& make) {
   if (!publisher || publisher->get_subscription_count() == 0) return;
   using Message = typename Publisher::element_type::PublishedType;
-  publisher->publish(std::make_unique<Message>(make()));  // handed over as it is within a process
+  publisher->publish(std::make_unique<Message>(make()));  // passed without a copy within a process
 }
 
 }  // namespace
@@ -77,7 +77,7 @@ void ReceiverTopics::publish(const live::ReceiverReport& report, const std::stri
 #endif
     send(gnss_multipath_, [&] { return multipath_message<canyon_msgs::msg::GnssMultipath>(head, epoch); });
     send(satellites_, [&] { return satellites_message<canyon_msgs::msg::GnssSatellites>(head, epoch); });
-    // Phases are followed whether somebody listens or not.
+    // Phases are tracked even without subscribers.
     auto raw = raw_.message<canyon_msgs::msg::GnssRawObservations>(head, epoch);
     send(raw_observations_, [&] { return std::move(raw); });
     if (epoch != nullptr) {
@@ -86,7 +86,7 @@ void ReceiverTopics::publish(const live::ReceiverReport& report, const std::stri
       });
     }
   }
-  // The health goes out once a second, and where something has changed.
+  // The health is published once a second and after changes.
   const int state = health.finished    ? 3
                     : epoch == nullptr ? 2
                                        : 4 + static_cast<int>(epoch->observed.fix.kind());
@@ -150,7 +150,8 @@ FaultServices::FaultServices(rclcpp::node_interfaces::NodeBaseInterface::SharedP
     if (!service.of_faults) continue;
     services_.push_back(rclcpp::create_service<canyon_msgs::srv::FaultCommand>(
         base, services, std::string("~/") + service.name,
-        // NOLINTNEXTLINE(performance-unnecessary-value-param): the arguments that rclcpp knows a callback by
+        // NOLINTNEXTLINE(performance-unnecessary-value-param): the argument types by which rclcpp recognises
+        // a callback
         [answerer, kind = service.kind](canyon_msgs::srv::FaultCommand::Request::SharedPtr request,
                                         // NOLINTNEXTLINE(performance-unnecessary-value-param)
                                         canyon_msgs::srv::FaultCommand::Response::SharedPtr response) {

@@ -37,7 +37,7 @@
 
 namespace canyon::adapters::ros2 {
 
-/// Names of a receiver's topics; those that are empty are not published.
+/// Names of a receiver's topics; empty names are not published.
 struct TopicNames {
   std::string fix = "fix";
   std::string fix_velocity = "fix_velocity";
@@ -56,7 +56,7 @@ struct TopicNames {
   std::string clock = {};
 };
 
-/// The parts of a node that topics need: of an rclcpp::Node, a managed one, or one of gazebo_ros.
+/// The parts of a node used by topics: of an rclcpp::Node, a managed node, or one of gazebo_ros.
 struct NodeParts {
   template <class Node>
   explicit NodeParts(Node& node)
@@ -69,8 +69,8 @@ struct NodeParts {
   rclcpp::Logger logger;
 };
 
-/// Makes a publisher whose quality of service people can override by parameters. A subscriber that asks for
-/// more than is offered is named in the log. An empty name is not published.
+/// Makes a publisher whose quality of service can be overridden by parameters. Logs a subscriber that
+/// requests more than is offered. An empty name is not published.
 template <class Publisher>
 void advertise(NodeParts& node, const std::string& name, const rclcpp::QoS& qos, Publisher& publisher) {
   using Message = typename Publisher::element_type::PublishedType;
@@ -80,32 +80,32 @@ void advertise(NodeParts& node, const std::string& name, const rclcpp::QoS& qos,
   const std::string resolved = node.topics->resolve_topic_name(name);
   options.event_callbacks.incompatible_qos_callback = [logger = node.logger, resolved](
                                                           rclcpp::QOSOfferedIncompatibleQoSInfo& info) {
-    RCLCPP_WARN(logger,
-                "a subscriber of %s asks for a quality of service that is not offered (%s) and gets nothing; "
-                "let it ask for that of sensor data, or set qos_overrides.%s.publisher.*",
-                resolved.c_str(), rclcpp::qos_policy_name_from_kind(info.last_policy_kind).c_str(),
-                resolved.c_str());
+    RCLCPP_WARN(
+        logger,
+        "a subscriber of %s requests a quality of service that is not offered (%s) and gets nothing; use "
+        "sensor data QoS in the subscriber, or set qos_overrides.%s.publisher.*",
+        resolved.c_str(), rclcpp::qos_policy_name_from_kind(info.last_policy_kind).c_str(), resolved.c_str());
   };
   publisher = rclcpp::create_publisher<Message>(node.parameters, node.topics, name, qos, options);
 }
 
-/// A receiver's topics, reliable with a depth of ten, as drivers of receivers publish: subscribers of sensor
-/// data get them too. A subscriber that asks for more than is offered is named in the log. Messages without
-/// subscribers are not made.
+/// A receiver's topics, reliable with a depth of ten, as in drivers of receivers; compatible with sensor data
+/// subscribers. Logs a subscriber that requests more than is offered. Messages without subscribers are not
+/// made.
 class ReceiverTopics {
  public:
   /// @param diagonal_covariance of fixes: make_covariance_diagonal()
   ReceiverTopics(NodeParts node, const TopicNames& names, bool diagonal_covariance = false);
 
-  /// One epoch, or, with health.reason, none. @param report its time is the stamp
+  /// Publishes one epoch or, with health.reason, none. @param report its time is the stamp
   void publish(const live::ReceiverReport& report, const std::string& frame_id,
                const ros_messages::ReceiverHealth& health);
-  /// Samples of the vehicle's sensors. Lost ones are left out.
+  /// Publishes samples of the vehicle's sensors, without lost ones.
   /// @param begin of the run, at `zero_ns` of the clock
   void publish(const simulation::SensorBatch& batch, const inertial::SensorOptions& sensors,
                geodesy::GpsTime begin, std::int64_t zero_ns, const std::string& vehicle_frame);
   void publish_clock(std::int64_t now_ns);
-  /// The drive begins anew.
+  /// The drive restarts.
   void reset();
 
  private:
@@ -135,8 +135,8 @@ class ReceiverTopics {
   int diagnosed_state_ = -1;
 };
 
-/// The services ~/get_faults, ~/add_fault and ~/end_fault of a node, canyon_msgs/FaultCommand, for as long as
-/// it lives. A call that is under way may outlive it.
+/// The services ~/get_faults, ~/add_fault and ~/end_fault of a node, canyon_msgs/FaultCommand, during its
+/// lifetime. A call in progress may outlive it.
 class FaultServices {
  public:
   /// @param node an rclcpp::Node or a managed one

@@ -64,14 +64,14 @@ rclcpp::SubscriptionBase::SharedPtr subscribe_to_rtcm(NodeParts node, const std:
   const std::string resolved = node.topics->resolve_topic_name(topic);
   rclcpp::SubscriptionOptions options;
   options.qos_overriding_options = rclcpp::QosOverridingOptions::with_default_policies();
-  options.event_callbacks.incompatible_qos_callback =
-      [logger = node.logger, resolved](rclcpp::QOSRequestedIncompatibleQoSInfo& info) {
-        RCLCPP_WARN(logger,
-                    "a publisher of %s does not offer the quality of service that is asked for (%s), and "
-                    "nothing comes from it; set qos_overrides.%s.subscription.*",
-                    resolved.c_str(), rclcpp::qos_policy_name_from_kind(info.last_policy_kind).c_str(),
-                    resolved.c_str());
-      };
+  options.event_callbacks.incompatible_qos_callback = [logger = node.logger, resolved](
+                                                          rclcpp::QOSRequestedIncompatibleQoSInfo& info) {
+    RCLCPP_WARN(
+        logger,
+        "a publisher of %s does not offer the requested quality of service (%s), so nothing is received "
+        "from it; set qos_overrides.%s.subscription.*",
+        resolved.c_str(), rclcpp::qos_policy_name_from_kind(info.last_policy_kind).c_str(), resolved.c_str());
+  };
   return rclcpp::create_subscription<Message>(
       node.parameters, node.topics, topic, rclcpp::QoS(kDepth),
       [receive = std::move(receive)](const Message& message) {

@@ -12,20 +12,20 @@
 
 namespace canyon::adapters::ros2 {
 
-// RTCM 3 as rtcm_msgs/Message, as NTRIP clients and drivers of receivers publish and take it. Both ends are
-// reliable and keep 100 messages: an epoch has up to some 40 frames. A build without the package rtcm_msgs
+// RTCM 3 as rtcm_msgs/Message, as published and read by NTRIP clients and receiver drivers. Both ends are
+// reliable and queue 100 messages: an epoch has up to some 40 frames. A build without the package rtcm_msgs
 // throws InputError.
 
-/// Throws InputError where this build has no rtcm_msgs. @param setting that needs it, for the message
+/// Throws InputError if this build has no rtcm_msgs. @param setting that requires it, for the message
 void require_rtcm_msgs(const std::string& setting);
 
-/// Publishes whole frames of RTCM 3 that are sent to the link, one message a frame.
+/// Publishes complete RTCM 3 frames sent to the link, one message per frame.
 /// @param stamp_ns of the messages
 [[nodiscard]] std::shared_ptr<transport::Link> open_rtcm_topic(NodeParts node, const std::string& topic,
                                                                const std::string& frame_id,
                                                                std::function<std::int64_t()> stamp_ns);
 
-/// Hands over the bytes of each message.
+/// Passes on the bytes of each message.
 [[nodiscard]] rclcpp::SubscriptionBase::SharedPtr subscribe_to_rtcm(
     NodeParts node, const std::string& topic, std::function<void(std::string_view)> receive);
 

@@ -59,7 +59,7 @@ class Nodes : public testing::Test {
 
 using rtcm_msgs::msg::Message;
 
-/// The rover's vehicle, and what is heard of it.
+/// The rover's vehicle, and its received messages.
 class Vehicle : public Nodes {
  protected:
   Vehicle() {
@@ -73,7 +73,7 @@ class Vehicle : public Nodes {
         "/rtcm", rclcpp::QoS(100), [this](const Message& message) { heard_.push_back(message); });
   }
 
-  /// Poses come until five epochs on end have a fix of this kind, or too much time has passed.
+  /// Sends poses until five successive epochs have a fix of this kind, or too much time has passed.
   [[nodiscard]] bool reaches(std::uint8_t kind) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     const auto met = [&] {

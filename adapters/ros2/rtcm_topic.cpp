@@ -46,8 +46,8 @@ std::optional<std::string> topic_of_stream(std::string_view stream) {
                      fmt::format("write rtcm={}, or another address", request.address));
   }
   if (request.options.virtual_station) {
-    throw InputError(fmt::format("'{}': no subscriber can report its place", stream),
-                     "leave virtual_station out, or serve it as ntrip-caster://HOST:PORT/MOUNT");
+    throw InputError(fmt::format("'{}': no subscriber can report its position", stream),
+                     "remove virtual_station, or serve it as ntrip-caster://HOST:PORT/MOUNT");
   }
   return topic;
 }

@@ -5,19 +5,19 @@
 #include <string_view>
 #include <vector>
 
-// RTCM 3 by topics of ROS 2, as far as it does not need ROS 2.
+// RTCM 3 over ROS 2 topics: the part without ROS 2 dependencies.
 
 namespace canyon::adapters::ros2 {
 
-/// The topic of an address "topic:NAME"; empty: it is another address. NAME is absolute ("/base/rtcm"), of
-/// the node's namespace ("rtcm") or of the node ("~/rtcm"). Throws InputError for an invalid name.
+/// The topic of an address "topic:NAME"; empty: another address. NAME is absolute ("/base/rtcm"), in the
+/// node's namespace ("rtcm") or in the node's name ("~/rtcm"). Throws InputError for an invalid name.
 [[nodiscard]] std::optional<std::string> topic_of(std::string_view address);
-/// The topic of a stream "FORMAT=ADDRESS" (output::parse_stream()); empty: it goes elsewhere. Throws
-/// InputError as topic_of(), and for other formats than rtcm and virtual stations.
+/// The topic of a stream "FORMAT=ADDRESS" (output::parse_stream()); empty: another address. Throws InputError
+/// like topic_of(), and for other formats than rtcm and virtual stations.
 [[nodiscard]] std::optional<std::string> topic_of_stream(std::string_view stream);
 
-/// The frames of RTCM 3 one by one, as rtcm_msgs/Message has them. Precondition: `bytes` are whole frames,
-/// such as an encoder makes.
+/// The RTCM 3 frames one by one, as in rtcm_msgs/Message. Precondition: `bytes` are complete frames, as from
+/// an encoder.
 [[nodiscard]] std::vector<std::string_view> split_frames(std::string_view bytes);
 
 }  // namespace canyon::adapters::ros2

@@ -41,7 +41,7 @@ TEST(TopicAddress, CarriesRtcmAlone) {
               HasSubstr("virtual_station"));
 }
 
-// A frame is a preamble, 6 + 10 bits of length, so many bytes and a checksum of 3.
+// A frame is a preamble, 6 + 10 bits of length, that many bytes and a checksum of 3.
 TEST(SplitFrames, GivesOneByOne) {
   const std::string one(
       "\xD3\x00\x02"
@@ -89,10 +89,10 @@ TEST_F(Topic, SaysOnceWhatIsNoRtcm) {
     topic_.receive(std::string(3'000'000, '\xD3'), at(i));
   }
   EXPECT_THAT(topic_.take_warnings(),
-              ElementsAre(HasSubstr("has no bytes"), HasSubstr("are not a frame of RTCM 3"),
+              ElementsAre(HasSubstr("has no bytes"), HasSubstr("are not a valid RTCM 3 frame"),
                           HasSubstr("3000000 bytes and is not read")));
   test::Base base;
-  topic_.receive(base.bytes(kSecond), at(1));  // what is whole behind it is read
+  topic_.receive(base.bytes(kSecond), at(1));  // complete frames after it are read
   EXPECT_THAT(topic_.take_warnings(), IsEmpty());
 }
 
@@ -115,7 +115,7 @@ TEST_F(Topic, SaysThatAnotherStationBegan) {
     topic_.receive(base.bytes(i * kSecond), at(i));
     const std::string epoch = other.bytes(i * kSecond);
     for (const std::string_view frame : split_frames(epoch)) {
-      // The same as of station 7: bits 12 to 23 of a message.
+      // The same from station 7: bits 12 to 23 of a message.
       broadcast::Bits message, of_other;
       for (const char c : frame.substr(3, frame.size() - 6)) message.put(static_cast<unsigned char>(c), 8);
       of_other.put(message.number(0, 12), 12).put(7, 12);
@@ -126,7 +126,7 @@ TEST_F(Topic, SaysThatAnotherStationBegan) {
   EXPECT_THAT(topic_.take_warnings(), ElementsAre(HasSubstr("station 7 follows station 0, 0 m apart")));
 }
 
-// Stations of Canyon have one number.
+// All stations of Canyon have the same number.
 TEST_F(Topic, SaysThatAnotherPlaceBegan) {
   test::Base base, other({{"fixed.east_m", -100.0}});
   for (int i = 0; i < 4; ++i) {
@@ -155,7 +155,7 @@ TEST_F(Topic, SaysThatThePlaceIsMissing) {
       if (!place) topic_.receive(frame, at(i));
     }
   }
-  EXPECT_THAT(topic_.take_warnings(), ElementsAre(HasSubstr("no message 1005 or 1006")));
+  EXPECT_THAT(topic_.take_warnings(), ElementsAre(HasSubstr("without message 1005 or 1006")));
 }
 
 // A rover in an open field 950 m from the base (docs/rtk.md) is fixed within seconds and within centimetres.
@@ -186,7 +186,7 @@ TEST_F(Topic, RoverIsFixedWhileCorrectionsCome) {
   EXPECT_GT(fixed, 20);
   EXPECT_EQ(observe(now_ns).observed.fix.kind(), FixKind::Fixed);
   EXPECT_EQ(observe(now_ns + 10 * kSecond).observed.fix.kind(), FixKind::Single);
-  // Time goes back: base and rover begin anew.
+  // Time goes back: base and rover restart.
   test::Base again;
   FixKind last = FixKind::None;
   for (int i = 0; i < 20; ++i) {

@@ -1,4 +1,4 @@
-// No header declares it: it stands in for sources that CMakeLists.txt leaves out, readers that need GDAL,
+// No header declares it: it replaces sources left out by CMakeLists.txt, readers that need GDAL,
 // GEOS, libosmium, libarchive or an XML reader.
 #include <Eigen/Geometry>
 #include <filesystem>
@@ -20,14 +20,14 @@ namespace {
 
 [[noreturn]] void refuse(const std::filesystem::path& path, const char* what) {
   throw InputError(
-      path, 0, std::string(what) + " is not read in a page",
-      "make a city of it with the installed program (canyon city build), and drop the .canyon file");
+      path, 0, std::string(what) + " cannot be read in a page",
+      "build a city from it with the installed program (canyon city build), and drop the .canyon file");
 }
 
 }  // namespace
 
 std::string unpack(const std::filesystem::path& path, std::string_view /*packed*/) {
-  throw InputError(path, 0, "an archive is not read in a page", "unpack it first");
+  throw InputError(path, 0, "an archive cannot be read in a page", "unpack it first");
 }
 std::vector<std::string> zip_names(const std::filesystem::path& /*path*/) {
   return {};
@@ -43,7 +43,7 @@ namespace meshes {
 MeshScene read_collada(const std::filesystem::path& path, bool /*own_names*/) {
   refuse(path, "Collada");
 }
-/// A fan, which covers faces without notches.
+/// A fan, valid for convex faces.
 bool add_face(const std::vector<Eigen::Vector3d>& vertices, const std::vector<std::uint32_t>& corners,
               TriangleList& triangles) {
   const auto normal = [&](std::size_t i) -> Eigen::Vector3d {
@@ -54,8 +54,7 @@ bool add_face(const std::vector<Eigen::Vector3d>& vertices, const std::vector<st
   for (std::size_t i = 1; i + 1 < corners.size(); ++i) mean += normal(i);
   for (std::size_t i = 1; i + 1 < corners.size(); ++i) {
     if (normal(i).dot(mean) < 0)
-      throw InputError("a face of the mesh has a notch, which a page does not divide",
-                       "triangulate the mesh");
+      throw InputError("a face of the mesh is concave; a page cannot triangulate it", "triangulate the mesh");
     triangles.push_back({corners[0], corners[i], corners[i + 1]});
   }
   return true;
@@ -68,7 +67,7 @@ buildings::BuiltCity read_map(const MapCity& config, const CityConfig& /*city*/,
   refuse(config.files.front(), "a map");
 }
 double sea_level_m(buildings::GeoidModel /*model*/, const geodesy::Geodetic& /*place*/) {
-  throw InputError("a page has no grids of geoids", "write city.geoid_undulation_m");
+  throw InputError("a page has no geoid grids", "write city.geoid_undulation_m");
 }
 }  // namespace simulation
 

@@ -1,5 +1,5 @@
-// No header declares it: the page (viewer/src/web_worker.ts) calls it by name. Files lie in the module's own
-// file system, which nothing leaves.
+// No header declares it: the page (viewer/src/web_worker.ts) calls it by name. Files are in the module's own
+// file system, which has no external access.
 #include <emscripten.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ namespace fs = std::filesystem;
 
 EM_JS(void, tell_progress, (double done, double planned), { Module['progress'](done, planned); });
 
-/// The run that is shown.
+/// The shown run.
 struct Shown {
   std::shared_ptr<simulation::CityScene> scene;
   std::unique_ptr<simulation::Simulation> simulation;
@@ -40,9 +40,9 @@ struct Shown {
 };
 Shown shown;
 
-/// The scenario that `canyon new` writes for {"files"} and those of {"kept"} whose part they do not take:
+/// The scenario written by `canyon new` for {"files"} and for those of {"kept"} that they do not replace:
 /// {"files", "messages", "yaml", "facts"}, or without the last two while files wait for a city or for the
-/// {"origin"} of a mesh. A file that is refused is left out, with a message; without {"kept"} it is an error.
+/// {"origin"} of a mesh. A rejected file is left out, with a message; without {"kept"} it is an error.
 Json make_scenario(const Json& given) {
   std::map<std::string, cli::ScenarioPart> dropped, kept;
   Json messages = Json::array();
@@ -172,10 +172,10 @@ class ComputedMap final : public heatmap::MapAnswers {
   std::vector<heatmap::TileValues> tiles_;  ///< one unit each
 };
 
-/// Lays a heat map of {"box"} (west, south, east, north [m], city's frame) in cells of {"spacing_m"} over the
-/// view of the last run, at its first instant and its antenna's height, and exports it anew.
+/// A heat map of {"box"} (west, south, east, north [m], city's frame) in cells of {"spacing_m"} is added to
+/// the view of the last run, at its first instant and its antenna's height, and exported again.
 Json map(const Json& given) {
-  if (!shown.simulation) throw InputError("there is nothing to lay a map over", "run a scenario first");
+  if (!shown.simulation) throw InputError("there is no run for a heat map", "run a scenario first");
   const simulation::Scenario& scenario = shown.simulation->scenario();
   const auto box = given.at("box").get<std::vector<double>>();
   heatmap::Request request;
@@ -194,7 +194,7 @@ Json map(const Json& given) {
   return Json::object();
 }
 
-/// Answers a page that puts an antenna: {"answer"}, a message of docs/view-format.md.
+/// The response to a page that sets an antenna: {"answer"}, a message of docs/view-format.md.
 Json probe(const Json& given) {
   const auto message = given.at("message").get<std::string>();
   if (!shown.simulation) return {{"answer", view::no_probe(message, "run a scenario first")}};
@@ -206,8 +206,8 @@ Json probe(const Json& given) {
 
 }  // namespace
 
-/// @param question {"do": "new", "run", "map" or "probe", ...}; returns what that function says, or
-/// {"error"}. The text stands until the next call.
+/// @param question {"do": "new", "run", "map" or "probe", ...}; returns that function's result, or {"error"}.
+/// The text is valid until the next call.
 extern "C" EMSCRIPTEN_KEEPALIVE const char* canyon_do(const char* question) {
   static std::string answer;
   try {

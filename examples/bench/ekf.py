@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""An estimator of 100 lines: an extended Kalman filter of a car or a person by fixes, a gyroscope and wheels.
+"""An estimator of 100 lines: an extended Kalman filter of a car or a person with fixes, a gyroscope and wheels.
 
     ekf.py DRIVE ESTIMATE.csv [--robust] [--gate 9.21]
 
-DRIVE is a folder of `canyon bench make`. State: east, north [m], heading [rad, from north, clockwise], speed [m/s], error of the gyroscope
-[rad/s]. Without wheels the speed wanders. Fixes that are farther than the gate (99 % of a chi-square of two degrees) are rejected.
---robust: such a fix counts less instead (Huber), and after 3 s of them the filter begins anew at the fix.
+DRIVE is a folder of `canyon bench make`. State: east, north [m], heading [rad, from north, clockwise], speed [m/s], bias of the gyroscope
+[rad/s]. Without wheels the speed is a random walk. Fixes outside the gate (99 % of chi-square with two degrees) are rejected.
+--robust: such a fix gets less weight instead (Huber), and after 3 s of them the filter restarts at the fix.
 """
 import argparse
 import csv
@@ -16,7 +16,7 @@ import numpy as np
 
 METRES_PER_DEGREE = 111_320.0
 RESET_S = 3
-STEP = 5  # samples of the gyroscope that make one prediction
+STEP = 5  # samples of the gyroscope per prediction
 
 
 def rows(path):
@@ -82,7 +82,7 @@ def main():
     parser.add_argument("drive", type=Path)
     parser.add_argument("estimate", type=Path)
     parser.add_argument("--robust", action="store_true")
-    parser.add_argument("--gate", type=float, default=9.21, help="of the squared, normalized innovation (9.21); inf: none")
+    parser.add_argument("--gate", type=float, default=9.21, help="limit of the squared, normalized innovation (9.21); inf: none")
     args = parser.parse_args()
     fixes, wheels = rows(args.drive / "fixes.csv"), rows(args.drive / "wheels.csv")
     imu = np.genfromtxt(args.drive / "imu.csv", delimiter=",", names=True)
@@ -95,7 +95,7 @@ def main():
     last = 0.0
     for fix in fixes:
         while at + STEP <= len(imu) and imu["time_s"][at + STEP - 1] <= fix["time_s"] + 1e-9:
-            time, rate = imu["time_s"][at + STEP - 1], -np.mean(imu["angular_rate_z_radps"][at:at + STEP])  # left turns are positive
+            time, rate = imu["time_s"][at + STEP - 1], -np.mean(imu["angular_rate_z_radps"][at:at + STEP])  # positive to the left
             speed = np.interp(time, speeds[:, 0], speeds[:, 1]) if len(speeds) else math.nan
             ekf.predict(time - last, 0.0 if math.isnan(rate) else rate, speed)
             last, at = time, at + STEP

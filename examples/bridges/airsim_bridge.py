@@ -6,10 +6,10 @@
     python3 airsim_bridge.py --car --vehicle Car1
     python3 airsim_bridge.py --module cosysairsim
 
-It asks for the true pose --rate times a second. Each line is a fix; position_m is north, east, down, as AirSim's
-position: metres from where the vehicle started, so --at is the place of the start in the city. AirSim takes no GPS from
-outside for its own flight controller; PX4 and ArduPilot take Canyon's (docs/autopilots.md).
-Project AirSim has another client, which this bridge does not know.
+It requests the true pose --rate times per second. Each line is a fix; position_m is north, east, down, like AirSim's
+position: metres from the start of the vehicle, so --at is the start's position in the city. AirSim accepts no external
+GPS for its own flight controller; PX4 and ArduPilot accept Canyon's (docs/autopilots.md).
+Project AirSim has another client, which this bridge does not support.
 """
 import time
 
@@ -31,7 +31,7 @@ def main():
     airsim = canyon_bridge.need(arguments.module, f"Install it: pip install {arguments.module}")
     bridge = canyon_bridge.Bridge.of(arguments)
     kind = airsim.CarClient if arguments.car else airsim.MultirotorClient
-    client = kind(*arguments.airsim, timeout_value=10)  # one that is away would hold it for an hour
+    client = kind(*arguments.airsim, timeout_value=10)  # a missing server would block it for an hour
     state = client.getCarState if arguments.car else client.getMultirotorState
     try:
         if not client.ping():
@@ -53,7 +53,7 @@ def main():
             time.sleep(max(0.0, begin + 1 / arguments.rate - time.monotonic()))
     except (canyon_bridge.BridgeError, BrokenPipeError):
         raise
-    except Exception as error:  # msgpackrpc has classes of its own for a server that is away
+    except Exception as error:  # msgpackrpc has its own classes for a missing server
         raise canyon_bridge.BridgeError(f"AirSim at {arguments.airsim[0]}:{arguments.airsim[1]}: {error}") from error
 
 

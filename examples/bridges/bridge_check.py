@@ -1,7 +1,7 @@
-"""The self-test of the bridges: `--check SECONDS` compares what the simulator states with itself and with canyon live.
+"""The self-test of the bridges: `--check SECONDS` compares the simulator's values with each other and with canyon live.
 
-A bridge gives its poses to a Check while the vehicle moves. The report says whether clock, units, axes, attitude, origin
-and fixes agree, and what to do where they do not. Standard library alone.
+A bridge passes its poses to a Check while the vehicle moves. The report shows whether clock, units, axes, attitude, origin
+and fixes agree, with hints if they do not. Needs only the standard library.
 """
 import collections
 import itertools
@@ -9,20 +9,20 @@ import math
 import statistics
 import time
 
-# A vehicle that moves less than this says nothing about axes and units.
+# Minimum movement of the vehicle for the check of axes and units.
 LEAST_WAY_M = 2.0
-# Shares of a velocity that may differ from the differences of positions.
+# Allowed relative difference of velocities and differences of positions.
 NEAR = 0.1
-# What a number may be instead of metres or m/s.
+# Possible units of a number instead of metres or m/s.
 UNITS = {1.0: "", 0.01: "centimetres", 0.001: "millimetres", 0.3048: "feet", 1 / 3.6: "km/h", 0.514444: "knots",
          100.0: "hundreds of metres"}
-# Of a place by the simulator's own coordinates: more is another origin. Projections of maps differ by less near it.
+# Of a position in the simulator's own coordinates: more means another origin. Map projections differ by less near it.
 FAR_M = 1.0
-# Of canyon live's vehicle from its pose: more is another origin, not a lever arm.
+# Of canyon live's vehicle from its pose: more means another origin, not a lever arm.
 FARTHEST_M = 50.0
 
 Pose = collections.namedtuple("Pose", "time_s wall_s enu velocity forward up")
-Finding = collections.namedtuple("Finding", "subject ok text")  # ok: True, False, or None where it was not checked
+Finding = collections.namedtuple("Finding", "subject ok text")  # ok: True, False, or None: not checked
 
 
 def norm(vector):
@@ -45,7 +45,7 @@ def arranged(vector, order, signs):
 
 
 def misfit(pairs, order=(0, 1, 2), signs=(1, 1, 1)):
-    """Share of the length of the first vectors that the second ones, swapped and mirrored, leave. 0: equal."""
+    """Residual of the first vectors after subtracting the second ones, swapped and mirrored, as a fraction of their length. 0: equal."""
     rest = sum(sum((x - y) ** 2 for x, y in zip(a, arranged(b, order, signs))) for a, b in pairs)
     return math.sqrt(rest / sum(dot(a, a) for a, _ in pairs))
 
@@ -85,7 +85,7 @@ class Check:
     def __init__(self, seconds):
         self.seconds = seconds
         self._poses, self._backwards = [], 0
-        self._stated, self._enu_from = [], None  # ENU by the simulator's own coordinates, and of the pose
+        self._stated, self._enu_from = [], None  # ENU from the simulator's own coordinates, and of the pose
         self._fixes, self._solved, self._off_m, self._late_s = 0, 0, [], []
 
     def pose(self, time_s, enu, velocity, forward, up):
@@ -96,11 +96,11 @@ class Check:
         self._poses.append(Pose(time_s, time.monotonic(), enu, velocity, forward, up))
 
     def stated(self, enu, own_enu):
-        """A place by the simulator's own latitude, longitude and height (`own_enu`), and as the bridge sends it (`enu`)."""
+        """A position by the simulator's own latitude, longitude and height (`own_enu`), and as sent by the bridge (`enu`)."""
         self._stated.append((own_enu, enu))
 
     def fix(self, truth_enu, solved):
-        """A fix came. @param truth_enu the vehicle's place in canyon live, if it is known and has no lever arm"""
+        """A received fix. @param truth_enu the vehicle's position in canyon live, if known and without a lever arm"""
         self._fixes += 1
         self._solved += solved
         if truth_enu is None or not self._poses:
@@ -130,7 +130,7 @@ class Check:
         rate = (len(self._poses) - 1) / (last.time_s - first.time_s)
         text = f"{rate:.1f} poses a second, at {pace:.2f} times real time"
         if self._backwards:
-            return Finding("clock", False, f"{text}; it went back {self._backwards} times, and canyon live begins anew then")
+            return Finding("clock", False, f"{text}; it went back {self._backwards} times, and canyon live restarts then")
         return Finding("clock", True, text)
 
     def _way(self):
@@ -141,7 +141,7 @@ class Check:
         if jumps and max(jumps) > 500:
             return Finding("way", False, f"{text}; it jumped, at {max(jumps):.0f} m/s: are positions in metres?")
         if sum(totals) < LEAST_WAY_M:
-            return Finding("way", None, f"{text}: too little to check axes and units; drive it a turn, and check again")
+            return Finding("way", None, f"{text}: too little to check axes and units; drive it through a turn, and check again")
         return Finding("way", True, text)
 
     def _velocity(self):
@@ -153,8 +153,8 @@ class Check:
             pairs.append((quotient, [(v + w) / 2 for v, w in zip(a.velocity, b.velocity)]))
         if self._length_m() < LEAST_WAY_M or not pairs:
             return Finding("velocity", None, "not checked: " + ("the bridge sends none" if not pairs and self._steps() else
-                                                                "the vehicle stood"))
-        # Steps in which the speed changes at once tell nothing: the nearest nine tenths are compared.
+                                                                "the vehicle was stationary"))
+        # Steps with sudden changes of speed are not informative: compares the best nine tenths.
         pairs.sort(key=lambda pair: abs(norm(pair[0]) - norm(pair[1])))
         return compared("velocity", pairs[:max(1, len(pairs) * 9 // 10)], "differences of positions", "velocities")
 
@@ -172,8 +172,8 @@ class Check:
         pairs = [(a.forward, [q - p for p, q in zip(a.enu, b.enu)]) for a, b in self._steps() if a.forward is not None]
         moved = [(f, m) for f, m in pairs if math.hypot(*m[:2]) > 0.5 * norm(m)]
         if self._length_m() < LEAST_WAY_M or not moved:
-            return Finding("attitude", None, "up is up; the direction of the nose was not checked: the vehicle stood")
-        # The nose beside the course, over the ground: the median of the angles.
+            return Finding("attitude", None, "up is up; the direction of the nose was not checked: the vehicle was stationary")
+        # The nose relative to the course, over the ground: the median of the angles.
         off = statistics.median(abs(math.degrees(math.atan2(f[0] * m[1] - f[1] * m[0], f[0] * m[0] + f[1] * m[1])))
                                 for f, m in moved)
         text = f"up is up; the nose is {off:.0f} deg off the course"
@@ -183,7 +183,7 @@ class Check:
 
     def _origin(self):
         if not self._stated:
-            return Finding("origin", None, "not checked: the simulator states no latitude and longitude")
+            return Finding("origin", None, "not checked: the simulator gives no latitude and longitude")
         (own, ours), last = self._stated[0], self._stated[-1]
         way = [([q - p for p, q in zip(self._stated[0][0], a)], [q - p for p, q in zip(self._stated[0][1], b)])
                for a, b in self._stated if math.dist(a, self._stated[0][0]) > LEAST_WAY_M]
@@ -201,14 +201,14 @@ class Check:
 
     def _answers(self):
         if not self._fixes:
-            return Finding("answers", False, "no fix came: does canyon live run a receiver for this vehicle, by these poses?")
-        text = f"{self._fixes} epochs came, {self._solved} with a fix"
+            return Finding("answers", False, "no fix received: check that canyon live runs a receiver for this vehicle with these poses")
+        text = f"{self._fixes} epochs received, {self._solved} with a fix"
         if self._off_m:
             off_m = statistics.median(self._off_m)
             text += f"; canyon live's vehicle is within {off_m:.2f} m of its poses, {1e3 * statistics.median(self._late_s):.0f} ms later"
             if off_m > FARTHEST_M:
-                return Finding("answers", False, text + ": a lever arm is not that long; is the scenario's city.origin --origin?")
-        return Finding("answers", bool(self._solved), text + ("" if self._solved else ": is the antenna inside a building?"))
+                return Finding("answers", False, text + ": too far for a lever arm; check that the scenario's city.origin is --origin")
+        return Finding("answers", bool(self._solved), text + ("" if self._solved else ": check whether the antenna is inside a building"))
 
     def report(self):
         """The report as text, and whether nothing differs."""

@@ -1,9 +1,9 @@
-"""The common part of the bridges of this folder: options, frames, poses to `canyon live`, and its fixes. Standard library alone.
+"""The common part of the bridges of this folder: options, frames, poses to `canyon live`, and its fixes. Needs only the standard library.
 
     simulator -> pose -> bridge -> JSON over UDP -> canyon live -> epochs.csv over TCP -> bridge -> fix -> simulator
 
 Both connections have the same port number (town.yaml). Lengths are metres, times seconds of the simulator's clock.
-A frame is three letters that say where x, y and z point: E, W, N, S, U or D. ROS has ENU, AirSim NED, and CARLA ESU,
+A frame is three letters, the directions of x, y and z: E, W, N, S, U or D. ROS has ENU, AirSim NED, and CARLA ESU,
 which is left-handed. The frame's origin is the city's (`--origin`), moved by `--at`.
 """
 import argparse
@@ -20,15 +20,15 @@ import time
 
 AXES = {"E": (0, 1), "W": (0, -1), "N": (1, 1), "S": (1, -1), "U": (2, 1), "D": (2, -1)}  # index in ENU, sign
 WGS84_A_M, WGS84_E2 = 6378137.0, 6.69437999014e-3
-CANYON, ORIGIN = "127.0.0.1:9001", (22.3, 114.17, 0.0)  # those of town.yaml
+CANYON, ORIGIN = "127.0.0.1:9001", (22.3, 114.17, 0.0)  # as in town.yaml
 
 # Position, velocity and place (latitude and longitude [deg], height [m]) are None without a fix. Position and velocity
-# are in the simulator's frame, sigma_enu_m are the standard deviations east, north and up that the receiver states.
+# are in the simulator's frame, sigma_enu_m are the standard deviations east, north and up reported by the receiver.
 Fix = collections.namedtuple("Fix", "gps_week gps_tow_s kind reason position_m velocity_mps place sigma_enu_m used")
 
 
 class BridgeError(Exception):
-    """An error that ends a bridge, in a line for its user."""
+    """An error that ends a bridge, in one line for the user."""
 
 
 def three_numbers(text):
@@ -48,7 +48,7 @@ def host_port(text):
 
 def frame(text):
     if sorted(AXES.get(letter, (3,))[0] for letter in text) != [0, 1, 2]:
-        raise argparse.ArgumentTypeError(f"'{text}' is no frame: write three of E, W, N, S, U, D, such as ENU")
+        raise argparse.ArgumentTypeError(f"'{text}' is not a frame: give three of E, W, N, S, U, D, such as ENU")
     return text
 
 
@@ -58,7 +58,7 @@ def positive(text):
     except ValueError:
         value = 0.0
     if not 0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"'{text}' is no number above 0")
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number above 0")
     return value
 
 
@@ -67,22 +67,22 @@ def parser(doc, axes="ENU"):
     result = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = result.add_argument_group("canyon live").add_argument
     add("--canyon", type=host_port, default=CANYON, metavar="HOST:PORT",
-        help="where canyon live listens: UDP for poses, TCP for fixes (%(default)s)")
+        help="address of canyon live: UDP for poses, TCP for fixes (%(default)s)")
     add("--origin", type=three_numbers, default=ORIGIN, metavar="LAT,LON,HEIGHT",
         help="city.origin of its scenario (that of town.yaml: 22.3,114.17,0)")
     add("--at", type=three_numbers, default=(0.0, 0.0, 0.0), metavar="EAST,NORTH,UP",
-        help="where the simulator's origin is in the city [m] (0,0,0); --at=-10,0,2 where it begins with a minus")
-    add("--axes", type=frame, default=axes, help="where the simulator's x, y and z point (%(default)s)")
-    add("--rate", type=positive, default=50.0, metavar="HZ", help="poses a second of the simulator's clock, at most (50)")
-    add("--wait", type=positive, default=30.0, metavar="S", help="for canyon live to begin (30)")
+        help="position of the simulator's origin in the city [m] (0,0,0); --at=-10,0,2 if it begins with a minus")
+    add("--axes", type=frame, default=axes, help="directions of the simulator's x, y and z (%(default)s)")
+    add("--rate", type=positive, default=50.0, metavar="HZ", help="maximum poses per second of the simulator's clock (50)")
+    add("--wait", type=positive, default=30.0, metavar="S", help="time to wait for canyon live (30)")
     add("--check", type=positive, metavar="SECONDS",
-        help="drive the vehicle for so long, compare clock, axes, units, attitude and origin, say what differs, and end")
-    add("--fixes-to", type=host_port, metavar="HOST:PORT", help="send fixes there too, as JSON in UDP datagrams")
+        help="drive the vehicle for this time, compare clock, axes, units, attitude and origin, report differences, and end")
+    add("--fixes-to", type=host_port, metavar="HOST:PORT", help="also send fixes there, as JSON in UDP datagrams")
     return result
 
 
 def need(module, cure):
-    """The module of a simulator. Raises BridgeError with `cure` where it is missing."""
+    """The module of a simulator. Raises BridgeError with `cure` if it is missing."""
     try:
         return importlib.import_module(module)
     except ImportError as error:
@@ -112,7 +112,7 @@ def enu_from(axes, vector):
 
 
 def frame_from_enu(axes, enu):
-    """To a tenth of a millimetre."""
+    """Rounded to 0.1 mm."""
     return [round(AXES[letter][1] * enu[AXES[letter][0]], 4) for letter in axes]
 
 
@@ -121,13 +121,13 @@ def cross(a, b):
 
 
 def rotated(w, x, y, z, vector):
-    """`vector` turned by a quaternion, in a right-handed frame."""
+    """`vector` rotated by a quaternion, in a right-handed frame."""
     t = [2 * each for each in cross((x, y, z), vector)]
     return [v + w * a + b for v, a, b in zip(vector, t, cross((x, y, z), t))]
 
 
 def quaternion(forward, up):
-    """w, x, y, z that turns a body's axes (x forward, y left, z up) into ENU, of its unit vectors forward and up in ENU."""
+    """Quaternion w, x, y, z from a body's axes (x forward, y left, z up) to ENU, from its unit vectors forward and up in ENU."""
     (a, d, g), (b, e, h), (c, f, i) = forward, cross(up, forward), up
     squares = [1 + a + e + i, 1 + a - e - i, 1 - a + e - i, 1 - a - e + i]
     largest = squares.index(max(squares))
@@ -184,8 +184,8 @@ class Bridge:
     def send(self, time_s, position=None, velocity=None, forward=None, up=None, place=None):
         """Sends a pose, unless the last one is less than 1/rate old.
 
-        @param time_s    simulator's clock; one that goes back begins a new run
-        @param position  of the simulator's frame; or `place`: latitude, longitude [deg], height [m]
+        @param time_s    simulator's clock; a time that goes back begins a new run
+        @param position  in the simulator's frame; or `place`: latitude, longitude [deg], height [m]
         @param velocity  in the frame's axes; with `place` in ENU, as `forward` and `up`, the body's unit vectors
         """
         if self._sent_s is not None and 0 <= time_s - self._sent_s < self._interval_s * 0.999:
@@ -211,23 +211,23 @@ class Bridge:
                 self.checked(text, good)
 
     def checked(self, text, good):
-        """Prints the report of --check, and ends the program: 0 where nothing differs."""
+        """Prints the report of --check, and ends the program: 0 if nothing differs."""
         print(text, flush=True)
         sys.exit(0 if good else 1)
 
     @property
     def checks(self):
-        """Whether a check goes on, to which state_place() brings more."""
+        """Whether a check is running, which uses state_place()."""
         return self._check is not None
 
     def state_place(self, place, position):
-        """Tells a check what latitude, longitude [deg] and height [m] the simulator itself states for a position."""
+        """Passes the simulator's own latitude, longitude [deg] and height [m] of a position to a check."""
         if self._check:
             self._check.stated([a + b for a, b in zip(enu_from(self.axes, position), self.at)],
                                enu_from_place(place, self.origin))
 
     def fixes(self, wait_s=0.0):
-        """The fixes that came since the last call, oldest first; waits up to `wait_s` for one. Raises BridgeError when
+        """The fixes received since the last call, oldest first; waits up to `wait_s` for one. Raises BridgeError if
         canyon live has ended."""
         found = []
         while select.select([self._tcp], [], [], wait_s)[0]:
@@ -265,9 +265,9 @@ class Bridge:
         if truth is None or self._sent_enu is None or self._warned:
             return
         off_m = math.dist(enu_from_place(truth, self.origin), self._sent_enu)
-        if off_m > 1000:  # a second of an airliner is 300 m
+        if off_m > 1000:  # an airliner moves 300 m in a second
             self._warned = True
-            print("warning: canyon live has the vehicle %.0f m from its pose: make --origin the scenario's city.origin"
+            print("warning: canyon live has the vehicle %.0f m from its pose: set --origin to the scenario's city.origin"
                   % off_m, file=sys.stderr)
 
     def report(self, fix):

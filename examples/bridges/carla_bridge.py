@@ -5,10 +5,10 @@
     canyon live town.yaml &
     python3 carla_bridge.py --role hero --draw
 
-It follows the vehicle whose attribute role_name is --role (else the first vehicle) at every tick, in synchronous mode
-too: another client ticks. Each line is a fix; position_m is a carla.Location's x, y, z. --draw shows fixes in the world.
+It follows the vehicle with the attribute role_name --role (default: the first vehicle) at every tick, also in synchronous
+mode: another client ticks. Each line is a fix; position_m is a carla.Location's x, y, z. --draw shows fixes in the world.
 CARLA's world is left-handed, in metres: x east, y south, z up; a Location's z of 0 is the ground of most maps. The
-receiver is at the vehicle's Location: give it a lever_arm in the scenario. Needs the module carla of your CARLA's version.
+receiver is at the vehicle's Location: set a lever_arm in the scenario. Needs the module carla of your CARLA's version.
 """
 import canyon_bridge
 
@@ -45,7 +45,7 @@ def main():
             snapshot = world.wait_for_tick(10.0)
             actor = snapshot.find(vehicle.id)
             if actor is None:
-                raise canyon_bridge.BridgeError("the vehicle is gone from CARLA's world")
+                raise canyon_bridge.BridgeError("the vehicle no longer exists in CARLA's world")
             at = actor.get_transform()
             bridge.send(snapshot.timestamp.elapsed_seconds, xyz(at.location), xyz(actor.get_velocity()),
                         xyz(at.get_forward_vector()), xyz(at.get_up_vector()))

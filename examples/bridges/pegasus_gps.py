@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Isaac Sim with Pegasus 4 and later: a sensor in the place of Pegasus' GPS, whose fixes go to PX4, ArduPilot and ROS 2.
+"""Isaac Sim with Pegasus 4 and later: a sensor that replaces Pegasus' GPS, with fixes for PX4, ArduPilot and ROS 2.
 
     canyon live town.yaml &
 
-and in your Pegasus application (its examples/1_px4_single_vehicle.py, say), before the Multirotor is made:
+and in your Pegasus application (its examples/1_px4_single_vehicle.py, say), before the Multirotor is created:
 
     sys.path.append("/usr/share/canyon/examples/bridges")
     from pegasus_gps import CanyonGPS
@@ -12,15 +12,15 @@ and in your Pegasus application (its examples/1_px4_single_vehicle.py, say), bef
     config.sensors = [Barometer(), IMU(), Magnetometer(), CanyonGPS()]       # {"canyon": "127.0.0.1:9001"} is the default
 
 Start canyon live first: the sensor waits for it for 30 s. Pegasus has ENU, metres, and quaternions x, y, z, w of a body
-with x forward, y left, z up. The stage has to be in metres, with z up, as Pegasus sets it. While there is no fix the
-backends get nothing: that of ROS 2 calls everything a fix. Altitudes are Canyon's heights above the ellipsoid.
+with x forward, y left, z up. The stage must be in metres, with z up, as set by Pegasus. Without a fix the
+backends get nothing, since the ROS 2 backend publishes everything as a fix. Altitudes are Canyon's heights above the ellipsoid.
 """
 import math
 import sys
 
 import canyon_bridge
 
-if __name__ == "__main__":  # nothing to run: it tells how it is used
+if __name__ == "__main__":  # nothing to run: prints its usage
     print(__doc__)
     sys.exit(0 if {"-h", "--help"} & set(sys.argv) else "pegasus_gps.py: import it in a Pegasus application, as above")
 
@@ -41,14 +41,14 @@ class CanyonGPS(Sensor):
         self._bridge = canyon_bridge.Bridge(
             canyon_bridge.host_port(self._config.get("canyon", canyon_bridge.CANYON)), (origin_lat, origin_lon, origin_alt),
             rate_hz=self.update_rate, check_s=self._config.get("check"))
-        self._bridge.checked = lambda text, good: print(text, flush=True)  # the application goes on
+        self._bridge.checked = lambda text, good: print(text, flush=True)  # the application continues
 
     @property
     def state(self):
         return self._state
 
     def update(self, state, dt):
-        """At every physics step. Returns what Pegasus gives to the backends: a new fix, or None."""
+        """At every physics step. Returns the data for the backends: a new fix, or None."""
         self._time_s += dt
         x, y, z, w = (float(each) for each in state.attitude)
         self._bridge.send(self._time_s, state.position, state.linear_velocity,
@@ -64,7 +64,7 @@ class CanyonGPS(Sensor):
         east, north, up = fix.velocity_mps or (0.0, 0.0, 0.0)
         self._state = {
             "fix_type": FIX_TYPES[fix.kind], "latitude": latitude, "longitude": longitude, "altitude": altitude,
-            "eph": 100 * sigma_m, "epv": 100 * fix.sigma_enu_m[2],  # cm, as PX4 reads HIL_GPS
+            "eph": 100 * sigma_m, "epv": 100 * fix.sigma_enu_m[2],  # cm, as in HIL_GPS for PX4
             "speed": math.hypot(east, north), "cog": math.degrees(math.atan2(east, north)) % 360,
             "velocity_north": north, "velocity_east": east, "velocity_down": -up, "sattelites_visible": fix.used,
             "latitude_gt": true_latitude, "longitude_gt": true_longitude, "altitude_gt": state.position[2] + origin[2]}

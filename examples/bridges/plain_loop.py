@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""A simulation of your own, in a loop: here a vehicle that goes 30 m east, 20 m north and 10 m up in 10 s, and stays.
+"""Your own simulation in a loop: here a vehicle that moves 30 m east, 20 m north and 10 m up in 10 s, and stops.
 
     canyon live town.yaml &
     python3 plain_loop.py --at 0,0,20
 
-Each line that it prints is a fix: position_m in x, y, z of --axes, and the same as latitude, longitude and height.
-Put your simulation in the place of pose(). A loop that is slower or faster than real time is right too: town.yaml takes
-time from the poses. Keep a few metres from walls; town.yaml's streets are 16 m wide.
+Each printed line is a fix: position_m in x, y, z of --axes, and also latitude, longitude and height.
+Replace pose() by your simulation. A loop may be slower or faster than real time: town.yaml takes
+the time from the poses. Keep a few metres from walls; town.yaml's streets are 16 m wide.
 """
 import time
 
@@ -29,7 +29,7 @@ def pose(time_s):
 
 def main():
     parser = canyon_bridge.parser(__doc__)
-    parser.add_argument("--seconds", type=canyon_bridge.positive, help="of the simulation, then end (for ever)")
+    parser.add_argument("--seconds", type=canyon_bridge.positive, help="duration of the simulation (unlimited)")
     parser.add_argument("--speed", type=canyon_bridge.positive, default=1.0,
                         help="seconds of the simulation in one of real time (1)")
     arguments = parser.parse_args()

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""Webots R2022a and later: a supervisor controller that gives its robot a GNSS receiver.
+"""Webots R2022a and later: a supervisor controller that adds a GNSS receiver to its robot.
 
     canyon live town.yaml &
     # in the world: Robot { supervisor TRUE  controller "<extern>" }
     WEBOTS_CONTROLLER_URL=ROBOT_NAME $WEBOTS_HOME/webots-controller webots_bridge.py
 
 or copy webots_bridge.py and canyon_bridge.py to controllers/webots_bridge/ of the project, with the field controller
-"webots_bridge" and options in controllerArgs. For a robot that has a controller of its own, put a second Robot with this
-controller into it as a child: it follows the first. Each fix is a line in the console, and the same line in the robot's
-field customData, which its controller or another reads. position_m is in the axes of WorldInfo.coordinateSystem (ENU,
-NUE or EUN), in metres, as the GPS node's with gpsCoordinateSystem "local" and no gpsReference.
+"webots_bridge" and options in controllerArgs. For a robot with its own controller, add a second Robot with this
+controller as its child: it follows the first. Each fix is a line in the console, and the same line in the robot's
+field customData, for controllers. position_m is in the axes of WorldInfo.coordinateSystem (ENU,
+NUE or EUN), in metres, like the GPS node's with gpsCoordinateSystem "local" and no gpsReference.
 """
 import json
 
@@ -41,7 +41,7 @@ def main():
     custom_data = node.getField("customData")
     while robot.step(step_ms) != -1:
         m = node.getOrientation()  # rows of a matrix whose columns are the robot's axes: x forward, y left, z up
-        flu = {"forward": m[0::3], "up": m[2::3]} if arguments.axes == "ENU" else {}  # other worlds have other bodies
+        flu = {"forward": m[0::3], "up": m[2::3]} if arguments.axes == "ENU" else {}  # other worlds have other body axes
         bridge.send(robot.getTime(), node.getPosition(), node.getVelocity()[:3], **flu)
         for fix in bridge.fixes():
             bridge.report(fix)

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Makes a labelled data set of drives through made-up cities: docs/datasets.md.
+"""Makes a labelled data set of drives through synthetic cities: docs/datasets.md.
 
     examples/datasets/make.py --out out/dataset --drives 10
 
-Each drive has its own city, way, day, receiver and errors, drawn by the seed. Needs Python and `canyon` alone.
+Each drive has its own city, route, day, receiver and errors, sampled from the seed. Needs only Python and `canyon`.
 """
 import argparse
 import csv
@@ -16,7 +16,7 @@ import shutil
 import subprocess
 import sys
 
-# The receiver's values of an observation, and below them the simulation's knowledge of it.
+# The receiver's values of an observation, followed by the simulation's truth.
 FEATURES = ["sat", "azimuth_deg", "elevation_deg", "pseudorange_m", "doppler_hz", "carrier_frequency_hz", "cn0_dbhz",
             "sigma_m", "residual_m", "phase_lock_s", "cycle_slip", "used", "excluded"]
 LABELS = ["visibility", "map_visibility", "tracked_path", "excess_path_m", "pseudorange_error_m", "true_cn0_dbhz",
@@ -31,7 +31,7 @@ def scenario_of(drive, dice, seconds, rate_hz):
     pitch, most = block + street, blocks // 2 - 1
     highest = round(12 * math.exp(dice.uniform(0, math.log(7))))
     x, y = dice.randint(-most, most), dice.randint(-most, most)
-    # Corners are rounded: the arc has to stay 1.5 m from the house.
+    # Corners are rounded: the arc must stay 1.5 m from the house.
     speed = min(dice.choice([6, 9, 12]), round(math.sqrt(ACCELERATION_MPS2 * (street / math.sqrt(2) - 1.5) / 0.4142), 1))
     corners, before, way_m = [(x, y)], None, 0
     while way_m < seconds * speed:  # along the streets, never back
@@ -71,7 +71,7 @@ def find_canyon(given):
 
 
 def simulate(canyon, scenario, folder):
-    """One drive; its folder appears when it is whole."""
+    """One drive; its folder appears when it is complete."""
     begun = folder.with_name(folder.name + ".part")
     for old in (begun, folder):
         shutil.rmtree(old, ignore_errors=True)
@@ -86,17 +86,17 @@ def main():
     parser.add_argument("--out", required=True, type=pathlib.Path, help="folder for the data set; must not exist")
     parser.add_argument("--drives", type=int, default=10)
     parser.add_argument("--seconds", type=int, default=300, help="length of a drive")
-    parser.add_argument("--rate", type=float, default=1, help="epochs a second")
-    parser.add_argument("--test", type=float, default=0.3, help="share of the drives in the test split")
+    parser.add_argument("--rate", type=float, default=1, help="epochs per second")
+    parser.add_argument("--test", type=float, default=0.3, help="fraction of the drives in the test split")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--canyon", help="the program (default: $CANYON, canyon in PATH, this repository's)")
     arguments = parser.parse_args()
     if arguments.drives < 2 or not 0 < arguments.test < 1 or arguments.seconds < 1 or not arguments.rate > 0:
         sys.exit("make.py: give at least 2 drives, --test between 0 and 1, --seconds of at least 1 and --rate above 0")
     if arguments.out.exists():
-        sys.exit(f"make.py: {arguments.out} is there; remove it or choose another --out")
+        sys.exit(f"make.py: {arguments.out} exists already; remove it or choose another --out")
     canyon = find_canyon(arguments.canyon)
-    # The data set appears when it is whole; drives that an interrupted call finished are kept.
+    # The data set appears when it is complete; drives finished by an interrupted call are kept.
     part = arguments.out.with_name(arguments.out.name + ".part")
     part.mkdir(parents=True, exist_ok=True)
 
@@ -143,4 +143,4 @@ if __name__ == "__main__":
         main()
     except (KeyboardInterrupt, subprocess.CalledProcessError) as error:
         said = f"{error}; " if str(error) else ""
-        sys.exit(f"make.py: {said}interrupted: the same command goes on behind the last whole drive")
+        sys.exit(f"make.py: {said}interrupted: the same command continues after the last complete drive")

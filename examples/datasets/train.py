@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Trains a classifier of NLOS signals on a data set of make.py and prints how well it does in cities that it has not
-seen: docs/datasets.md.
+"""Trains a classifier of NLOS signals on a data set of make.py and prints its performance in unseen
+cities: docs/datasets.md.
 
     examples/datasets/train.py out/dataset
 
@@ -17,7 +17,7 @@ from sklearn.metrics import roc_auc_score, roc_curve
 
 
 def features_of(table):
-    """The receiver's knowledge of each observation; the others of its epoch and its own past seconds included."""
+    """Features of each observation known to the receiver, including the others of its epoch and its own past seconds."""
     epoch = table.groupby(["drive", "gps_tow"])
     satellite = table.groupby(["drive", "sat"])
     return pd.DataFrame({
@@ -39,14 +39,14 @@ def main():
     arguments = parser.parse_args()
     path = arguments.dataset / "observations.csv"
     if not path.is_file():
-        sys.exit(f"train.py: {path} is not there; make it by make.py --out {arguments.dataset}")
+        sys.exit(f"train.py: {path} does not exist; create it with make.py --out {arguments.dataset}")
     table = pd.read_csv(path)
     features, hidden = features_of(table), (table.visibility == "NLOS").to_numpy()
     train, test = (table.split == "train").to_numpy(), (table.split == "test").to_numpy()
     for name, rows in (("train", train), ("test", test)):
         print(f"{name}: {rows.sum()} observations of {table.drive[rows].nunique()} drives, {hidden[rows].mean():.1%} NLOS")
         if hidden[rows].all() or not hidden[rows].any():
-            sys.exit(f"train.py: the {name} split has one kind of signal alone; make more drives")
+            sys.exit(f"train.py: the {name} split has only one kind of signal; make more drives")
 
     model = HistGradientBoostingClassifier(max_iter=200, learning_rate=0.05, l2_regularization=1, random_state=1)
     model.fit(features[train], hidden[train])
@@ -62,8 +62,8 @@ def main():
         from matplotlib import pyplot
         pyplot.figure(figsize=(5, 5))
         pyplot.plot(false_alarms, found)
-        pyplot.xlabel("share of other signals called NLOS")
-        pyplot.ylabel("share of NLOS signals found")
+        pyplot.xlabel("fraction of other signals classified as NLOS")
+        pyplot.ylabel("fraction of NLOS signals found")
         pyplot.grid(alpha=0.4)
         pyplot.savefig(arguments.curve, dpi=120, bbox_inches="tight")
 

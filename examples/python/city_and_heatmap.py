@@ -1,4 +1,4 @@
-"""A city of OpenStreetMap, looked at through its triangles, and a map of its satellites and errors."""
+"""A city of OpenStreetMap, inspected by its triangles, and a map of its satellites and errors."""
 
 import pathlib
 import sys
@@ -20,7 +20,7 @@ OSM = """<osm version="0.6">
 </osm>"""
 
 with tempfile.TemporaryDirectory() as folder:
-    # Any extract will do: canyon.City.from_osm("district.osm.pbf")
+    # Any extract works: canyon.City.from_osm("district.osm.pbf")
     source = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else pathlib.Path(folder, "two_houses.osm")
     if len(sys.argv) < 2:
         source.write_text(OSM)

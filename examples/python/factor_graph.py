@@ -1,6 +1,6 @@
-"""A factor graph of raw pseudoranges: the places and clocks of a whole drive at once, robust against reflections.
+"""A factor graph of raw pseudoranges: the positions and clocks of a complete drive at once, robust against reflections.
 
-Factors: a pseudorange (place, clock of its system) with a Cauchy loss, and of three neighbours the acceleration. In GTSAM these are a
+Factors: a pseudorange (position, clock of its system) with a Cauchy loss, and the acceleration of three neighbours. In GTSAM these are a
 custom factor with `noiseModel.Robust` and a second difference; here SciPy solves the same sparse normal equations.
 """
 
@@ -18,14 +18,14 @@ number = np.searchsorted(epochs["time"], seen["time"][used])  # the epoch of a m
 satellite, system = seen["sat"][used], np.array([s[0] for s in seen["sat"][used]])
 systems, measured, sigma = sorted(set(system)), seen["pseudorange_m"][used], seen["sigma_m"][used]
 sky = canyon.Sky(epochs["time"][0], epochs["time"][-1], nominal=True)
-count, width = len(epochs["time"]), 3 + len(systems)  # unknowns of an epoch: place from the first fix, a clock for each system
+count, width = len(epochs["time"]), 3 + len(systems)  # unknowns of an epoch: position from the first fix, a clock for each system
 city = canyon.City.of_scenario(scenario)
 origin = np.stack([epochs[f"fix_{axis}"] for axis in ("latitude_deg", "longitude_deg", "height_m")], 1)[0]
 look = sky.look(epochs["time"], origin)
 column = np.array([sky.satellites.index(s) for s in satellite])
 azimuth, elevation = look["azimuth_rad"][number, column], look["elevation_rad"][number, column]
 east_north_up = np.stack([np.sin(azimuth) * np.cos(elevation), np.cos(azimuth) * np.cos(elevation), np.sin(elevation)], 1)
-rest = measured - look["range_m"][number, column]  # of a place beside the first fix: - direction * place + clock
+rest = measured - look["range_m"][number, column]  # of a position near the first fix: - direction * position + clock
 rows = np.arange(len(rest))
 columns = width * number[:, None] + np.arange(3)
 clocks = width * number + 3 + np.searchsorted(systems, system)

@@ -1,4 +1,4 @@
-"""A first drive: a car through a made-up downtown, and what its receiver made of it."""
+"""A first drive: a car through a synthetic downtown, and its receiver's results."""
 
 import tempfile
 
@@ -31,7 +31,7 @@ for figures in run.summaries:
     print(f"{figures['receiver']:8} fixes {figures['fixes']:4}  horizontal error: median {figures['horizontal_p50_m']:5.1f} m, "
           f"95 % {figures['horizontal_p95_m']:5.1f} m")
 
-# Tables are columns of NumPy arrays; pandas and xarray are made of them where they are installed.
+# Tables are columns of NumPy arrays; converted to pandas and xarray if these are installed.
 epochs, satellites = run.epochs, run.satellites
 worst = int(np.nanargmax(epochs["error_horizontal_m"]))
 print(f"worst at {epochs['time'][worst]}: {epochs['error_horizontal_m'][worst]:.1f} m with {epochs['used'][worst]} satellites")

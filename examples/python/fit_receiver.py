@@ -1,7 +1,7 @@
-"""Fits a receiver's profile to a recording, and validates it by the part that calibrated nothing.
+"""Fits a receiver's profile to a recording, and validates it with the part not used for calibration.
 
-The recording is made here, by a receiver whose level of C/N0 is known: 4.5 dB above the least power that the
-interface documents promise, where the profile says 1.5. A real one is a RINEX file and true positions.
+The recording is made here, by a receiver with a known C/N0 level: 4.5 dB above the minimum power in the
+interface documents (1.5 in the profile). A real recording is a RINEX file and true positions.
 """
 
 import pathlib
@@ -49,7 +49,7 @@ with tempfile.TemporaryDirectory() as name:
             print(f"  {estimate['key']}: {estimate['before']} -> {estimate['after']} ({estimate['interval_95']})")
     level = next(e for e in fit.estimates if e["key"] == "signal.link.above_minimum_db")
     assert abs(float(level["after"]) - 4.5) < 1.5, level
-    # The scenario leaves the facades open. Those of the place would be in fit.city, for settings["city"].
+    # The scenario does not set the facades. Those of the city would be in fit.city, for settings["city"].
     assert [e["key"] for e in fit.city_estimates] == ["city.facades.shares.coated_glass"], fit.city_estimates
 
     (folder / "mine.yaml").write_text(fit.profile)

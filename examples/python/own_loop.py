@@ -1,6 +1,6 @@
-"""A simulation of your own, in a loop: it moves a vehicle and asks a receiver for its fix five times a second.
+"""Your own simulation in a loop: moves a vehicle and computes a receiver's fix five times per second.
 
-    python3 own_loop.py        # writes out/own_loop.kml, and out/own_loop.png where matplotlib is installed
+    python3 own_loop.py        # writes out/own_loop.kml, and out/own_loop.png if matplotlib is installed
 """
 import os
 
@@ -12,7 +12,7 @@ STEP_S = 0.2
 
 
 def pose(time_s):
-    """Position and velocity, east, north, up of the city [m, m/s]. Put your simulation here."""
+    """Position and velocity, east, north, up of the city [m, m/s]. Insert your simulation here."""
     return (4 * time_s, 0, 1.5), (4, 0, 0)
 
 

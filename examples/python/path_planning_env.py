@@ -1,8 +1,8 @@
-"""A reinforcement-learning environment with Gymnasium's interface: a robot walks around bad GNSS.
+"""A reinforcement-learning environment with Gymnasium's interface: a robot avoids areas of bad GNSS.
 
-Gymnasium is not needed: `reset()` and `step()` have its signatures. The robot knows only what its receiver says;
-each step costs its length, and more where the error it would have is large. A planner with the map in hand
-(value iteration) shows what there is to be learnt.
+Gymnasium is not needed: `reset()` and `step()` have its signatures. The robot has only its receiver's output;
+each step costs its length, and more where the expected error is large. A planner with the map
+(value iteration) shows the optimum.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ class Streets:
     """A walk from one corner of a downtown to another on a grid.
 
     Observation: (east, north) of the fix [m], satellites used, HDOP. Actions: 0 east, 1 north,
-    2 west, 3 south. Reward: -1 a step, -error / 10 m, +100 at the goal.
+    2 west, 3 south. Reward: -1 per step, -error / 10 m, +100 at the goal.
     """
 
     moves = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
@@ -72,7 +72,7 @@ class Streets:
 
 
 def plan(env, weight):
-    """Cheapest way to the goal, a step costing 1 + weight * error / 10 m: policy by value iteration."""
+    """Cheapest path to the goal, with a step cost of 1 + weight * error / 10 m: policy by value iteration."""
     value = np.full(env.free.shape, np.inf)
     value[env.goal] = 0
     cost = np.where(env.free, 1 + weight * env.error / 10, np.inf)

@@ -1,6 +1,6 @@
-"""Canyon: an emulator of what a GNSS receiver sees in a city.
+"""Canyon: an emulator of GNSS reception in cities.
 
-A drive through a made-up downtown, and its error:
+A drive through a synthetic downtown, and its error:
 
 >>> import canyon
 >>> scenario = canyon.Scenario(
@@ -22,11 +22,11 @@ from pathlib import Path
 from typing import Tuple
 
 try:
-    import numpy as _numpy  # noqa: F401  _canyon needs it, and says less where it is missing
+    import numpy as _numpy  # noqa: F401  _canyon needs it; its own error has less detail
 except ImportError as error:
     raise ImportError(
-        "canyon needs NumPy: 'pip install numpy', or your system's package python3-numpy, or use the Python that it "
-        "was built for (/usr/bin/python3 for packages)"
+        "canyon needs NumPy: 'pip install numpy', or your system's package python3-numpy, or use the Python for which it "
+        "was built (/usr/bin/python3 for packages)"
     ) from error
 
 from ._command import use_bundle
@@ -39,11 +39,11 @@ except ImportError as error:
 
     folder = Path(__file__).parent
     if any((folder / f"_canyon{suffix}").exists() for suffix in EXTENSION_SUFFIXES):
-        raise  # it is here, and something that it needs is not
+        raise  # it exists, but a dependency is missing
     found = ", ".join(file.name for file in folder.glob("_canyon.*.so"))
     raise ImportError(
         f"the engine is built for another Python than {sys.executable}: {found}; use /usr/bin/python3" if found else
-        f"the engine is not in {folder}: './run build' makes it with pybind11-dev, python3-dev and python3-numpy"
+        f"the engine is not in {folder}: './run build' builds it with pybind11-dev, python3-dev and python3-numpy"
     ) from error
 
 from ._canyon import Encoder, Epoch, LiveReceiver, __version__, formats

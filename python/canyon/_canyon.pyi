@@ -1,4 +1,4 @@
-"""Types of the extension canyon._canyon. The build adds the texts of its classes and functions (describe_stub.py)."""
+"""Types of the extension canyon._canyon. The build adds the docstrings of its classes and functions (describe_stub.py)."""
 
 import os
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union

@@ -1,4 +1,4 @@
-"""What a wheel has beside the module: the command `canyon`, and the data of the libraries that it carries."""
+"""Parts of a wheel other than the module: the command `canyon`, and data of bundled libraries."""
 
 import os
 import sys
@@ -8,7 +8,7 @@ BUNDLE = Path(__file__).parent / "bundle"
 
 
 def use_bundle() -> None:
-    """Says where the data of bundled libraries are, where nothing else says so."""
+    """Sets the paths to data of bundled libraries, unless already set."""
     share = BUNDLE / "share"
     if not share.is_dir():
         return
@@ -19,7 +19,7 @@ def use_bundle() -> None:
 
 
 def main() -> None:
-    """Becomes the program."""
+    """Replaces the process by the program."""
     use_bundle()
     program = str(BUNDLE / "bin" / "canyon")
     os.execv(program, [program, *sys.argv[1:]])

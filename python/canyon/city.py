@@ -1,4 +1,4 @@
-"""Cities: triangles, the surfaces that they belong to, and rays through them."""
+"""Cities: triangles, their surfaces, and rays."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PLACEMENTS: Tuple[str, ...] = ("free", "inside building", "under terrain", "unkn
 
 
 class CityObject(NamedTuple):
-    """A run of triangles that belong together: a building, the terrain, a tree."""
+    """A range of triangles of one object: a building, the terrain, a tree."""
 
     name: str
     surface: str
@@ -27,14 +27,14 @@ class CityObject(NamedTuple):
     triangle_count: int
 
 
-KEPT: MutableMapping[City, Dict[str, Any]] = weakref.WeakKeyDictionary()  # what properties of cities have made
+KEPT: MutableMapping[City, Dict[str, Any]] = weakref.WeakKeyDictionary()  # results of properties of cities
 
 
 def _unpacked(file: bytes, seed: int) -> City:
     with tempfile.TemporaryDirectory(prefix="canyon-city-") as folder:
         path = os.path.join(folder, "city.canyon")
         Path(path).write_bytes(file)
-        return City._read(path, seed)  # as it is; load() would draw its facades again
+        return City._read(path, seed)  # unchanged; load() would assign facades again
 
 
 def _packed(city: City) -> Tuple[Callable[..., City], Tuple[Any, ...]]:

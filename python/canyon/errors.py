@@ -13,11 +13,11 @@ class InputError(ValueError):
     Attributes
     ----------
     problem : str
-        What is wrong, with the offending value.
+        The error, with the invalid value.
     cure : str
-        What to do about it; may be empty.
+        Hint how to correct it; may be empty.
     file : str or None
-        The file that it stands in.
+        The file with the error.
     line : int or None
         The line of that file, from 1.
 
@@ -47,16 +47,16 @@ class InputError(ValueError):
 
 
 class OutputError(InputError):
-    """The machine does not take an output: a full disk, a quota, a disk that is gone."""
+    """An output cannot be written: a full disk, a quota, a removed disk."""
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C ended a run early. What was done until then is kept.
+    """Ctrl-C ended a run early. Results until then are kept.
 
     Attributes
     ----------
     result : object
-        What the call would have returned, as far as it came.
+        The partial result of the call.
     """
 
     def __init__(self, message: str, result: Any) -> None:

@@ -22,7 +22,7 @@ CELL_STATES: Tuple[str, ...] = ("computed", "inside building", "under terrain", 
 
 
 class _Tiles:
-    """The engine's part of a map: copies share it, a pickle leaves it out."""
+    """The engine's part of a map: shared by copies, omitted from pickles."""
 
     def __init__(self, handle: "Optional[_canyon.Map]") -> None:
         self.handle = handle
@@ -35,12 +35,12 @@ class _Tiles:
 
 
 class HeatMap:
-    """A map of a city. One that was pickled has its arrays, and cannot :meth:`write`.
+    """A map of a city. A pickled map has its arrays, but cannot :meth:`write`.
 
     Attributes
     ----------
     layers : dict
-        Name to float32 array of shape (time, altitude, row, column); NaN where there is no value.
+        Name to float32 array of shape (time, altitude, row, column); NaN: no value.
     state : (altitude, row, column) array
         Index into :data:`CELL_STATES` of each cell.
     east_m, north_m : arrays
@@ -48,7 +48,7 @@ class HeatMap:
     times : array of datetime64, UTC
     altitudes_m : list of float
     cells_computed, wall_s : int, float
-        Cells (times altitudes and times) of this call, and how long it took.
+        Cells (times altitudes and times) of this call, and its wall time.
     """
 
     def __init__(self, handle: "_canyon.Map", folder: "tempfile.TemporaryDirectory[str] | None") -> None:
@@ -91,18 +91,18 @@ class HeatMap:
         return xarray.Dataset(data, coordinates, {"Conventions": "CF-1.10", "source": f"Canyon {_canyon.__version__}"})
 
     def write(self, path: "str | os.PathLike[str]", format: Optional[str] = None) -> None:
-        """Writes the map as `canyon heatmap` does.
+        """Writes the map like `canyon heatmap`.
 
         Parameters
         ----------
         path : path
             A file for NetCDF, a folder for the others.
         format : {"netcdf", "geotiff", "png"}, optional
-            "netcdf" for names that end in .nc, else "png".
+            "netcdf" for names with extension .nc, else "png".
         """
         name = os.fspath(path)
         if self._tiles.handle is None:
-            raise InputError("a map that was pickled has no tiles", "write it where it was made, or use to_xarray()")
+            raise InputError("a pickled map has no tiles", "write it in the process that made it, or use to_xarray()")
         self._tiles.handle.write(name, format or ("netcdf" if name.endswith(".nc") else "png"))
 
 
@@ -125,12 +125,12 @@ def heatmap(
     threads: int = 0,
     folder: "str | os.PathLike[str] | None" = None,
 ) -> HeatMap:
-    """A map of a receiver's errors, visibility and DOP at every place.
+    """A map of a receiver's errors, visibility and DOP at every cell.
 
     Parameters
     ----------
     scenario : Scenario, dict or path
-        Its city, sky and a receiver; it needs no trajectory.
+        Its city, sky and a receiver; needs no trajectory.
     city : City, optional
         Instead of the scenario's own.
     box : (west_m, south_m, east_m, north_m), optional
@@ -138,26 +138,26 @@ def heatmap(
     spacing_m : float
         Width of a cell.
     altitudes_m : float or sequence, optional
-        Of the antenna, above the terrain, or above the ellipsoid (`altitude_kind`). Left out: the trajectory's height
+        Of the antenna, above the terrain, or above the ellipsoid (`altitude_kind`). Default: the trajectory's height
         above the terrain, else 15.
     times : optional
         One or several instants, or text as for ``canyon heatmap --times``; else the scenario's start.
     layers : sequence of str
-        Of :func:`map_layers`, or "all" but rtk_...; else error without noise, satellites in sight, HDOP.
+        Of :func:`map_layers`, or "all" (except rtk_...); default: error without noise, satellites in sight, HDOP.
     model : str, optional
-        Step of the ladder instead of the scenario's propagation: "mirror", "specular", ...
+        Model level instead of the scenario's propagation: "mirror", "specular", ...
     draws : int
-        Of noise, for layers over draws.
+        Number of noise samples, for layers over samples.
     receivers : {"steady_state", "run"}
-        How receivers whose signals have strength stand in cells: the steady state of their loops and
-        fixes, or each run, a dozen times slower (docs/heatmap.md).
+        State of receivers with signal strength in cells: the steady state of their loops and
+        fixes, or a run for each, about twelve times slower (docs/heatmap.md).
     path_nodes_m : float
-        With "steady_state" receivers take far paths from places so far apart; 0: searched at every cell.
+        With "steady_state", spacing of the points for which far paths are searched; 0: every cell.
     limits : mapping, optional
         Limits of layers for planners: "error_m", "alert_m", "protection_factor", "rtk_s"
         (docs/heatmap.md).
     folder : path, optional
-        Keeps finished tiles: the same call goes on from there.
+        Stores finished tiles: the same call continues from them.
 
     Raises
     ------

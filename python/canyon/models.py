@@ -1,4 +1,4 @@
-"""Own models in place of the engine's: disturbances, antenna, weights, position solver."""
+"""User models instead of the engine's: disturbances, antenna, weights, position solver."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ Problem = _canyon.Problem
 
 
 class Disturbance(Protocol):
-    """Changes the signals of an epoch before the receiver has them.
+    """Changes the signals of an epoch before they reach the receiver.
 
-    An object may also have ``begin(seed, receiver)``, called where a run begins.
+    An object may also have ``begin(seed, receiver)``, called at the beginning of a run.
     """
 
     def apply(self, arrival: Arrival) -> None:
-        """Called once an epoch, in order of time. `arrival` is valid during the call."""
+        """Called once per epoch, in order of time. `arrival` is valid during the call."""
 
 
 class Solver(Protocol):
-    """Makes a position of an epoch's ranges. May have ``begin(seed, receiver)``."""
+    """Computes a position from an epoch's ranges. May have ``begin(seed, receiver)``."""
 
     def solve(self, problem: Problem) -> Any:
-        """The antenna's ECEF position [m], three numbers; None where there is no fix."""
+        """The antenna's ECEF position [m], three numbers; None: no fix."""
 
 
 Factory = Callable[[int, str], Any]
@@ -35,21 +35,21 @@ Factory = Callable[[int, str], Any]
 
 @dataclass
 class Models:
-    """Python objects in the place of parts of a receiver, in runs and live.
+    """Python objects that replace parts of a receiver, in runs and live.
 
     Attributes
     ----------
     disturbances : sequence of Disturbance
-        In this order; or factories ``make(seed, receiver)`` of such.
+        In this order; or their factories ``make(seed, receiver)``.
     antenna : callable, optional
-        ``antenna(elevation_rad, carrier_hz) -> (rhcp_dbic, lhcp_dbic)``: sampled once, at each degree, near L1
-        and near L2; works where signals have strength.
+        ``antenna(elevation_rad, carrier_hz) -> (rhcp_dbic, lhcp_dbic)``: sampled once at each degree, near L1
+        and near L2; used if signals have strength.
     weighting : callable, optional
-        ``weighting(satellite, elevation_rad, cn0_dbhz, sigma_m) -> sigma_m``: the standard deviation that a
-        pseudorange is weighted by [m], above 0. C/N0 is NaN where there is none.
+        ``weighting(satellite, elevation_rad, cn0_dbhz, sigma_m) -> sigma_m``: the standard deviation used to
+        weight a pseudorange [m], above 0. C/N0 is NaN if there is none.
     solver : Solver, optional
         Instead of the engine's least squares of an epoch; or a factory ``make(seed, receiver)``. A position filter
-        begins at it and stays the receiver's: ``position_filter: {enabled: false}`` publishes the solver's positions.
+        starts from it and remains the receiver's own: ``position_filter: {enabled: false}`` publishes the solver's positions.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Recordings of real receivers beside simulated ones."""
+"""Recordings of real receivers, compared with simulated ones."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ __all__ = ["Calibration", "Recording", "calibrate"]
 
 @dataclass
 class Calibration:
-    """The options of a receiver as recordings show them.
+    """The options of a receiver, estimated from recordings.
 
     Attributes
     ----------
     estimates : list of dict
-        Of each key: value before and after, interval, verdict, and its data.
+        For each key: value before and after, interval, verdict, and its data.
     city_estimates : list of dict
-        The same of the place: the share of buildings with coated glass. Empty where the scenarios state their
+        The same for the city: the fraction of buildings with coated glass. Empty if the scenarios set their
         facades.
     city : dict
-        What a scenario of the place says below ``city:``, ``{"facades": {"shares": [...]}}``. Empty where no
-        share was fitted.
+        Keys of a scenario in this city below ``city:``, ``{"facades": {"shares": [...]}}``. Empty if no
+        fraction was fitted.
     values : dict
-        Keys that were fitted, and their values as text.
+        Fitted keys, and their values as text.
     notes : list of str
         Observations that do not fit.
     profile : str
-        The profile, YAML; a scenario's ``profile:`` takes a file of it.
+        The profile, YAML; a scenario's ``profile:`` accepts a file with it.
     """
 
     estimates: List[Dict[str, Any]]
@@ -48,16 +48,16 @@ def calibrate(
     seeds: int = 3,
     threads: int = 0,
 ) -> Calibration:
-    """Fits the options of a receiver to what such receivers recorded (docs/methods.md).
+    """Fits the options of a receiver to recordings of such receivers (docs/methods.md).
 
     Parameters
     ----------
     recordings : Recording or sequence
-        All of one kind of receiver; the profile that is fitted is that of the first one's scenario.
+        All of one kind of receiver; the fitted profile is that of the first one's scenario.
     part : (float, float)
-        Shares of the recordings to learn from; validate by the rest.
+        Fractions of the recordings for fitting; use the rest for validation.
     seeds : int
-        Number of seeds by which each receiver is simulated, at least 1.
+        Number of simulated seeds for each receiver, at least 1.
     """
     several = [recordings] if isinstance(recordings, Recording) else list(recordings)
     return Calibration(**_canyon.calibrate(several, part[0], part[1], seeds, threads))

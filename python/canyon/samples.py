@@ -32,10 +32,10 @@ def sample_blocks(
     threads: int = 0,
     if_hz: Optional[float] = None,
 ) -> Iterator[NDArray[Any]]:
-    """The signal at a receiver's antenna, block by block, while the engine works a few blocks ahead.
+    """The signal at a receiver's antenna, block by block, computed a few blocks ahead.
 
-    Leaving the loop ends the run; a run of any length takes the memory of some blocks. The samples are those of
-    ``canyon iq`` before they are quantised. Parameters that are not here are as for :func:`samples`.
+    Leaving the loop ends the run; a run of any length needs only the memory of some blocks. The samples are those of
+    ``canyon iq`` before quantisation. Other parameters are those of :func:`samples`.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def sample_blocks(
     [750000, 750000]
     """
     if if_hz is not None:
-        warnings.warn("if_hz is now intermediate_hz; the old name will go", FutureWarning, stacklevel=2)
+        warnings.warn("if_hz is now intermediate_hz; the old name will be removed", FutureWarning, stacklevel=2)
         intermediate_hz = if_hz
     scenario = as_scenario(scenario)
     if duration_s is not None:
@@ -81,9 +81,9 @@ def samples(
     threads: int = 0,
     if_hz: Optional[float] = None,
 ) -> NDArray[Any]:
-    """The signal at a receiver's antenna in a band: ``complex64``, where noise has the deviation 1 in each part.
+    """The signal at a receiver's antenna in a band: ``complex64``, with noise of standard deviation 1 in each part.
 
-    Options that are left out are those of the scenario's ``samples``, by default band L1 at 4 million samples per second.
+    Default options are those of the scenario's ``samples``, by default band L1 at 4 million samples per second.
 
     Parameters
     ----------
@@ -92,11 +92,11 @@ def samples(
     rate_hz : float, optional
         Samples per second of the receiver's clock.
     intermediate_hz : float, optional
-        Where the centre comes out [Hz]. ``if_hz`` is its former name.
+        Frequency of the band's centre in the samples [Hz]. ``if_hz`` is its former name.
     real : bool, optional
-        Samples of one part, ``float32``; they need an intermediate frequency.
+        Real samples, ``float32``; they need an intermediate frequency.
     bandwidth_hz : float, optional
-        Two-sided, of a filter in front of the converter [Hz].
+        Two-sided, of a filter before the converter [Hz].
     noise : bool, optional
         The front end's noise.
     duration_s : float, optional
@@ -108,7 +108,7 @@ def samples(
     Raises
     ------
     InputError
-        Where the samples carry no signal of the sky, and for frequencies that they cannot tell apart.
+        If the samples contain no signal of the sky, and for frequencies that alias.
 
     Examples
     --------

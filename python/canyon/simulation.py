@@ -34,24 +34,24 @@ class Correlation(NamedTuple):
     """Outputs of a channel's correlators for one satellite. Arrays are NumPy's."""
 
     time_s: NDArray[np.float64]  #: from the run's beginning [s], (epochs,)
-    delay_m: NDArray[np.float64]  #: after the line of sight [m], (delays,)
-    values: NDArray[np.complex128]  #: over a clear line of sight at an antenna without a pattern, (epochs, delays)
-    measured_m: NDArray[np.float64]  #: where the code loop is [m], (epochs,); NaN while the signal is not tracked
+    delay_m: NDArray[np.float64]  #: relative to the line of sight [m], (delays,)
+    values: NDArray[np.complex128]  #: relative to a clear line of sight at an isotropic antenna, (epochs, delays)
+    measured_m: NDArray[np.float64]  #: delay of the code loop [m], (epochs,); NaN while the signal is not tracked
 
 
 class Inertial(NamedTuple):
     """Samples of an inertial sensor, n of them. Arrays are NumPy's; axes are the sensor's (``sensors.imu.axes``)."""
 
     time_s: NDArray[np.float64]  #: end of the sample's interval, from the run's beginning [s], (n,)
-    stated_s: NDArray[np.float64]  #: the time that the sensor states [s], (n,); NaN where the sample is lost
-    specific_force: NDArray[np.float64]  #: measured [m/s^2], (n, 3); NaN where the sample is lost
-    angular_rate: NDArray[np.float64]  #: measured [rad/s], (n, 3); NaN where the sample is lost
+    stated_s: NDArray[np.float64]  #: the time reported by the sensor [s], (n,); NaN: lost sample
+    specific_force: NDArray[np.float64]  #: measured [m/s^2], (n, 3); NaN: lost sample
+    angular_rate: NDArray[np.float64]  #: measured [rad/s], (n, 3); NaN: lost sample
     true_specific_force: NDArray[np.float64]  #: mean over the interval [m/s^2], (n, 3)
     true_angular_rate: NDArray[np.float64]  #: mean over the interval, against inertial space [rad/s], (n, 3)
-    place: NDArray[np.float64]  #: of the sensor at `time_s`: latitude, longitude [deg], height [m], (n, 3)
+    place: NDArray[np.float64]  #: position of the sensor at `time_s`: latitude, longitude [deg], height [m], (n, 3)
     velocity: NDArray[np.float64]  #: east, north, up [m/s], (n, 3)
     attitude: NDArray[np.float64]  #: roll (left side up), pitch (nose up), heading from north, clockwise [deg], (n, 3)
-    temperature: NDArray[np.float64]  #: of the sensor [K], (n,); NaN where the sample is lost
+    temperature: NDArray[np.float64]  #: of the sensor [K], (n,); NaN: lost sample
 
 
 class Wheels(NamedTuple):
@@ -68,7 +68,7 @@ class Barometer(NamedTuple):
 
     time_s: NDArray[np.float64]  #: from the run's beginning [s]
     pressure: NDArray[np.float64]  #: measured [Pa]
-    altitude: NDArray[np.float64]  #: that has this pressure in the standard atmosphere [m]
+    altitude: NDArray[np.float64]  #: with this pressure in the standard atmosphere [m]
     temperature: NDArray[np.float64]  #: of the air [K]
     sensor_temperature: NDArray[np.float64]  #: of the sensor [K]
     true_pressure: NDArray[np.float64]  #: of the air [Pa]
@@ -84,7 +84,7 @@ class Magnetometer(NamedTuple):
 
 
 class _Epochs:
-    """The epochs of a run, and their tables, each made once. Copies share them; a pickle has the tables alone."""
+    """The epochs of a run, and their tables, each made once. Copies share them; a pickle has only the tables."""
 
     def __init__(
         self, receivers: List[str], tables: Sequence[str], simulation: "Optional[Simulation]",
@@ -94,15 +94,15 @@ class _Epochs:
 
     def of(self, receiver: int) -> List[Epoch]:
         if self.simulation is None:
-            raise InputError("a run that was pickled has no epochs", "take its tables, or write files where it runs")
+            raise InputError("a pickled run has no epochs", "use its tables, or write files in the process of the run")
         return self._epochs[receiver]
 
     def table(self, name: str, receiver: int) -> Table:
         if (receiver, name) not in self._made:
             if name == "paths" and name not in self.tables:
-                raise InputError("the run did not keep its paths", "run it with paths=True")
+                raise InputError("the run has not stored its paths", "run it with paths=True")
             about = {"receiver": self.receivers[receiver], "source": f"Canyon {_canyon.__version__}"}
-            _canyon.columns(name)  # an unknown name is the first fault
+            _canyon.columns(name)  # an unknown name is the first error
             self._made[receiver, name] = Table(name, _canyon.table(self.of(receiver), name), about)
         return self._made[receiver, name]
 
@@ -119,7 +119,7 @@ class _Epochs:
 class Run:
     """Results of the receivers of a scenario, epoch by epoch.
 
-    A run can be pickled: its tables and figures go along, its epochs do not.
+    A run can be pickled with its tables and metrics, without its epochs.
 
     Attributes
     ----------
@@ -127,11 +127,11 @@ class Run:
     warnings : list of str
         Warnings about the run.
     summaries : list of dict
-        Figures of each receiver by the names of docs/reference/columns.md: fixes, percentiles of errors [m], shares [1], ...
+        Metrics of each receiver by the names of docs/reference/columns.md: fixes, percentiles of errors [m], fractions [1], ...
     interrupted : bool
         Whether Ctrl-C ended it early.
     wall_s : float
-        How long the engine took [s].
+        Wall time of the engine [s].
     """
 
     def __init__(self, simulation: "Simulation", result: Dict[str, Any], paths: bool = False) -> None:
@@ -157,7 +157,7 @@ class Run:
         Parameters
         ----------
         name : {"epochs", "satellites", "signals", "paths"}
-            Paths are there where the run kept them (``paths=True``); else :class:`canyon.InputError`.
+            Paths exist if the run stored them (``paths=True``); else :class:`canyon.InputError`.
         receiver : int or str
             Index or name.
         """
@@ -185,7 +185,7 @@ class Run:
 
     @property
     def summary(self) -> Dict[str, Any]:
-        """dict: Figures of the first receiver, by the names of docs/reference/columns.md."""
+        """dict: Metrics of the first receiver, by the names of docs/reference/columns.md."""
         return self.summaries[0]
 
     def to_pandas(self, name: str = "epochs", receiver: Union[int, str] = 0) -> Any:
@@ -199,12 +199,12 @@ class Run:
     def write(
         self, path: "str | os.PathLike[str]", format: Optional[str] = None, receiver: Union[int, str] = 0
     ) -> None:
-        """Writes a receiver's epochs as `canyon simulate` does; the file is whole or absent.
+        """Writes a receiver's epochs like `canyon simulate`; the file is complete or absent.
 
         Parameters
         ----------
         path : path
-            Endings give formats where one is left out: .obs, .rnx, .nmea, .ubx, .rtcm3, .kml, .geojson, .nav,
+            Extensions define the default format: .obs, .rnx, .nmea, .ubx, .rtcm3, .kml, .geojson, .nav,
             and the names of docs/reference/columns.md.
         format : str, optional
             One of :func:`canyon.formats`, or "navigation".
@@ -226,21 +226,21 @@ def index_of_receiver(receiver: Union[int, str], known: Sequence[str]) -> int:
     """Index of a receiver from its number or name."""
     if isinstance(receiver, str):
         if receiver not in known:
-            raise InputError(f"the run has no receiver '{receiver}'", f"it has {', '.join(known)}")
+            raise InputError(f"the run has no receiver '{receiver}'", f"use one of {', '.join(known)}")
         return known.index(receiver)
     return range(len(known))[receiver]
 
 
 class Simulation(_canyon.Simulation):
-    """A scenario made ready: city loaded, sky chosen, trajectory checked against both.
+    """A prepared scenario: city loaded, sky selected, trajectory checked against both.
 
     Parameters
     ----------
     scenario : Scenario, dict or path
     city : City, optional
-        One that several simulations share, instead of the scenario's own.
+        A city shared by several simulations, instead of the scenario's own.
     models : Models or dict, optional
-        Own models of all receivers, or by receivers' names.
+        User models for all receivers, or by receivers' names.
 
     Examples
     --------
@@ -271,21 +271,21 @@ class Simulation(_canyon.Simulation):
         return functools.partial(Simulation, models=models), (self.scenario, city)
 
     def run(self, threads: int = 0, paths: bool = False, out: "str | os.PathLike[str] | None" = None) -> Run:
-        """The whole run.
+        """Computes the complete run.
 
         Parameters
         ----------
         threads : int
-            0: as many as cores. The numbers do not depend on it.
+            0: as many as cores. Results do not depend on it.
         paths : bool
-            Keep every path of every satellite: some kilobytes an epoch.
+            Store every path of every satellite: some kilobytes per epoch.
         out : path, optional
-            A folder for the files that the scenario's ``outputs:`` asks for.
+            A folder for the files requested in the scenario's ``outputs:``.
 
         Raises
         ------
         Interrupted
-            On Ctrl-C, with the epochs until then as ``result``; files in `out` are whole.
+            On Ctrl-C, with the epochs until then as ``result``; files in `out` are complete.
         """
         result = Run(self, self._run(threads, paths, out), paths)
         if result.interrupted:
@@ -298,7 +298,7 @@ class Simulation(_canyon.Simulation):
         Raises
         ------
         InputError
-            Where the scenario has no ``sensors.imu``.
+            If the scenario has no ``sensors.imu``.
 
         Examples
         --------
@@ -317,15 +317,15 @@ class Simulation(_canyon.Simulation):
         return Inertial(**self._sensor("imu"))
 
     def wheels(self) -> Wheels:
-        """The samples of the scenario's ``sensors.wheels``; raises InputError where it has none."""
+        """The samples of the scenario's ``sensors.wheels``; raises InputError if it has none."""
         return Wheels(**self._sensor("wheels"))
 
     def barometer(self) -> Barometer:
-        """The samples of the scenario's ``sensors.barometer``; raises InputError where it has none."""
+        """The samples of the scenario's ``sensors.barometer``; raises InputError if it has none."""
         return Barometer(**self._sensor("barometer"))
 
     def magnetometer(self) -> Magnetometer:
-        """The samples of the scenario's ``sensors.magnetometer``; raises InputError where it has none."""
+        """The samples of the scenario's ``sensors.magnetometer``; raises InputError if it has none."""
         return Magnetometer(**self._sensor("magnetometer"))
 
 
@@ -338,7 +338,7 @@ def simulate(
     paths: bool = False,
     out: "str | os.PathLike[str] | None" = None,
 ) -> Run:
-    """Runs a scenario: :class:`Simulation` and its :meth:`~Simulation.run` in one.
+    """Runs a scenario: :class:`Simulation` and its :meth:`~Simulation.run` in one call.
 
     Examples
     --------
@@ -374,16 +374,16 @@ def correlation(
     satellite : str
         "G05", "E11", "C23".
     signal : str
-        "L1CA", "E5a", "B1I"; else that near L1.
+        "L1CA", "E5a", "B1I"; default: the signal near L1.
     delays_m : sequence of float
-        Ascending [m]; else 301 from one chip before the line of sight to two behind it.
+        Ascending [m]; default: 301 from one chip before the line of sight to two after it.
     bandwidth_hz : float, optional
-        Two-sided, of the front end; else without limit.
+        Two-sided, of the front end; default: unlimited.
 
     Raises
     ------
     InputError
-        For a satellite that the sky does not have, and a signal that it does not send.
+        For a satellite that is not in the sky, and a signal that the satellite does not send.
 
     Examples
     --------

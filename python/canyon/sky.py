@@ -1,4 +1,4 @@
-"""Skies, and the paths of their signals to many places."""
+"""Skies, and the paths of their signals to many positions."""
 
 from __future__ import annotations
 
@@ -32,37 +32,37 @@ def trace(
     threads: int = 0,
     paths: bool = False,
 ) -> Any:
-    """Traces satellites' signals to many places.
+    """Traces satellites' signals to many positions.
 
     Parameters
     ----------
     city : City
     places : (n, 3) array [m]
-        Antennas, east, north, up. An array of float64 in rows is not copied.
+        Antenna positions, east, north, up. A row-major float64 array is not copied.
     sky : Sky
-        Whose satellites; or `directions` instead.
+        Its satellites; or `directions` instead.
     times : time or sequence of n times
-        One for all places, or one for each.
+        One for all positions, or one for each.
     satellites : list of str, optional
-        Which ones, in the order of the result's columns; all of the sky's.
+        Selection, in the order of the result's columns; default: all of the sky.
     directions : (m, 3) array, optional
-        Unit vectors, east, north, up: satellites that stand there at every place.
+        Unit vectors, east, north, up: satellites in these directions at every position.
     propagation : dict, optional
         The keys below ``propagation:`` in a scenario.
     threads : int
         0: as many as cores.
     paths : bool
-        Whether every path is wanted as well.
+        Whether to return every path too.
 
     Returns
     -------
     numpy.ndarray
-        Structured, shape (n, m): ``visibility`` (index into :data:`VISIBILITIES`), ``excess_m`` (detour of
-        the shortest path, NaN where blocked), ``azimuth_rad``, ``elevation_rad`` (NaN below the horizon),
-        ``above_horizon``, ``placement`` (index into :data:`canyon.PLACEMENTS`), ``paths`` (how many).
+        Structured, shape (n, m): ``visibility`` (index into :data:`VISIBILITIES`), ``excess_m`` (excess of
+        the shortest path, NaN: blocked), ``azimuth_rad``, ``elevation_rad`` (NaN below the horizon),
+        ``above_horizon``, ``placement`` (index into :data:`canyon.PLACEMENTS`), ``paths`` (their number).
     numpy.ndarray
         With `paths`: a row for each path, with ``place``, ``satellite`` (indices), ``kind``, ``order``,
-        ``excess_m``, ``arrival`` (unit, towards where it comes from), ``point`` and ``far_point`` of reflection
+        ``excess_m``, ``arrival`` (unit vector, direction of arrival), ``point`` and ``far_point`` of reflection
         [m], ``incidence_rad``, ``foliage_depth_m``.
 
     Examples

@@ -14,14 +14,14 @@ __all__ = ["Table"]
 
 
 class Table(Mapping[str, NDArray[Any]]):
-    """Columns of equal length, by the names of docs/reference/columns.md, with ``time`` (UTC) in front.
+    """Columns of equal length, by the names of docs/reference/columns.md, with ``time`` (UTC) first.
 
-    Numbers that are not known are NaN, flags 0 and 1. Arrays are read-only: take a ``copy()`` to change one.
+    Unknown numbers are NaN, flags 0 and 1. Arrays are read-only: make a ``copy()`` to change one.
 
     Attributes
     ----------
     units : dict
-        Of each column, as UDUNITS writes them.
+        Of each column, in UDUNITS notation.
     """
 
     def __init__(self, name: str, columns: Dict[str, NDArray[Any]], attributes: Mapping[str, Any]) -> None:
@@ -55,13 +55,13 @@ class Table(Mapping[str, NDArray[Any]]):
         return len(next(iter(self._columns.values())))
 
     def column_attributes(self, column: str) -> Dict[str, str]:
-        """CF attributes of a column: ``long_name``, ``units``, and ``standard_name`` where the conventions have one."""
+        """CF attributes of a column: ``long_name``, ``units``, and ``standard_name`` if the conventions have one."""
         unit, standard_name, meaning = self._about[column]
         attributes = {"units": unit, "standard_name": standard_name, "long_name": meaning}
         return {name: text for name, text in attributes.items() if text}
 
     def to_structured(self) -> NDArray[Any]:
-        """One structured array, a row each. Copies."""
+        """One structured array with a record per row. Copies."""
         rows = np.empty(self.rows, dtype=[(name, values.dtype) for name, values in self._columns.items()])
         for name, values in self._columns.items():
             rows[name] = values
@@ -78,7 +78,7 @@ class Table(Mapping[str, NDArray[Any]]):
     def to_xarray(self) -> Any:
         """An ``xarray.Dataset`` with CF attributes. xarray is imported here.
 
-        Epochs lie along ``time``; the rows of other tables along ``row``, with ``time`` beside them.
+        Epochs have the dimension ``time``; other tables have the dimension ``row``, with ``time`` as a coordinate.
         """
         import xarray
 

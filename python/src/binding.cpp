@@ -24,7 +24,7 @@ Points::Points(const py::object& from, const char* what) {
   const py::array any = py::array::ensure(from);
   if (!any) {
     PyErr_Clear();
-    throw InputError(fmt::format("{}: no array can be made of it", what), "give rows of three numbers");
+    throw InputError(fmt::format("{}: cannot be converted to an array", what), "give rows of three numbers");
   }
   const char kind = any.dtype().kind();
   if (kind != 'f' && kind != 'i' && kind != 'u') {
@@ -43,7 +43,7 @@ Points::Points(const py::object& from, const char* what) {
   for (std::size_t i = 0; i < 3 * size_; ++i) {
     if (std::isfinite(values[i])) continue;
     throw InputError(fmt::format("{}: row {} has a value that is not finite ({})", what, i / 3, values[i]),
-                     "leave such rows out, or mend what made them");
+                     "remove such rows, or correct their source");
   }
 }
 
@@ -63,7 +63,8 @@ Eigen::Vector3d vector3(py::handle from, const char* what) {
     }
     v = {array.data()[0], array.data()[1], array.data()[2]};
   }
-  if (!v.allFinite()) throw InputError(fmt::format("NaN: {} is not finite", what), "check what moves it");
+  if (!v.allFinite())
+    throw InputError(fmt::format("NaN: {} is not finite", what), "check the source of this value");
   return v;
 }
 

@@ -16,7 +16,7 @@
 
 namespace canyon::python {
 
-// What nearly every file of the bindings uses. pybind11's Eigen casters copy, the arrays below do not.
+// Common parts of the bindings. pybind11's Eigen casters copy, the arrays below do not.
 namespace py = pybind11;
 using namespace pybind11::literals;
 
@@ -33,20 +33,20 @@ void bind_live(py::module_& m);
 void bind_heatmap(py::module_& m);
 void bind_validation(py::module_& m);
 
-/// Thrown by the engine's callbacks once a signal handler raised something.
+/// Thrown by the engine's callbacks after a signal handler raised an exception.
 struct Stopped {};
 
 /// Ctrl-C while the engine works without the GIL: Python's handlers run in the main thread, every 50 ms.
-/// Engine callbacks on the calling thread ask it; what a handler raises ends the work.
+/// Engine callbacks on the calling thread check it; an exception of a handler ends the work.
 class Signals {
  public:
-  /// True: a handler raised something, which throw_pending() raises. Takes the GIL where it must look.
+  /// True: a handler raised an exception, which throw_pending() raises. Takes the GIL if it must check.
   bool interrupted();
-  /// Throws Stopped where interrupted().
+  /// Throws Stopped if interrupted().
   void look() {
     if (interrupted()) throw Stopped{};
   }
-  /// True where KeyboardInterrupt (or a class derived from it) was raised; anything else is thrown.
+  /// True if KeyboardInterrupt (or a class derived from it) was raised; anything else is thrown.
   bool take_interrupt();
   [[nodiscard]] const std::atomic<bool>* stop() const { return &stop_; }
 
@@ -56,8 +56,8 @@ class Signals {
   std::exception_ptr raised_;
 };
 
-/// Returns work(signals), which runs without the GIL. Raises what a handler raised meanwhile,
-/// KeyboardInterrupt among it.
+/// Returns work(signals), which runs without the GIL. Raises exceptions of handlers during the work,
+/// including KeyboardInterrupt.
 template <typename Work>
 auto interruptible(const Work& work) {
   Signals signals;
@@ -74,10 +74,10 @@ auto interruptible(const Work& work) {
   throw py::error_already_set();
 }
 
-/// Stands for a missing value in arrays of float64.
+/// The missing value in arrays of float64.
 inline constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/// An array that owns a vector: nothing is copied. @param shape of which the product is the vector's length
+/// An array that owns a vector: nothing is copied. @param shape its product is the vector's length
 template <typename T>
 py::array_t<T> owning_array(std::vector<T>&& values, std::vector<py::ssize_t> shape) {
   auto* kept = new std::vector<T>(std::move(values));
@@ -90,20 +90,20 @@ py::array_t<T> owning_array(std::vector<T>&& values) {
   return owning_array(std::move(values), {size});
 }
 
-/// The array, which nobody can write into: what a property makes at each access would lose what is written.
+/// A read-only array: writes to an array that a property makes at each access would be lost.
 template <typename T>
 py::array_t<T> read_only(py::array_t<T> array) {
   py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
   return array;
 }
 
-/// A read-only look at memory of `owner`, which it keeps alive.
+/// A read-only view of memory of `owner`, which it keeps alive.
 template <typename T>
 py::array_t<T> view_of(const T* data, std::vector<py::ssize_t> shape, py::handle owner) {
   return read_only(py::array_t<T>(std::move(shape), data, owner));
 }
 
-/// Rows of three finite numbers, without a copy where the array is float64 and contiguous.
+/// Rows of three finite numbers, without a copy if the array is float64 and contiguous.
 class Points {
  public:
   /// One point of shape (3,) or n of shape (n, 3). Throws InputError, naming `what`, for anything else.
@@ -122,7 +122,7 @@ class Points {
   bool single_ = false;
 };
 
-/// Three finite numbers. Quick for tuples and arrays alike.
+/// Three finite numbers. Fast for tuples and arrays.
 [[nodiscard]] Eigen::Vector3d vector3(py::handle from, const char* what);
 /// Read-only.
 [[nodiscard]] py::array_t<double> array_of(const Eigen::Vector3d& v);

@@ -16,7 +16,7 @@ namespace {
 using simulation::CityScene;
 using CityPtr = std::shared_ptr<CityScene>;
 
-/// Places and what lies there: cast rays, ask for terrain and rooms. The engine's arrays in, arrays out.
+/// A city with queries: rays, terrain, containment. The engine's arrays in, arrays out.
 py::array placements(const CityScene& self, const py::object& places) {
   const Points points(places, "places");
   std::vector<std::uint8_t> result(points.size());
@@ -34,7 +34,7 @@ py::dict cast(const CityScene& self, const py::object& from, const py::object& t
   const auto fits = [n](const Points& points) { return points.size() == n || points.size() == 1; };
   if (!fits(origins) || !fits(directions)) {
     throw InputError(fmt::format("{} origins and {} directions", origins.size(), directions.size()),
-                     "give as many of both, or one of either");
+                     "give the same number of both, or one of either");
   }
   std::vector<double> range(n, kNan), normal(3 * n, kNan);
   std::vector<std::int64_t> triangle(n, -1);
@@ -42,7 +42,7 @@ py::dict cast(const CityScene& self, const py::object& from, const py::object& t
     const py::gil_scoped_release release;
     for (std::size_t i = 0; i < n; ++i) {
       const Eigen::Vector3d& direction = directions.span()[directions.size() == 1 ? 0 : i];
-      if (!(direction.norm() > 0)) throw InputError(fmt::format("direction {} has no length", i));
+      if (!(direction.norm() > 0)) throw InputError(fmt::format("direction {} has zero length", i));
       const auto hit = self.scene.cast({origins.span()[origins.size() == 1 ? 0 : i], direction.normalized()});
       if (!hit) continue;
       range[i] = hit->range_m;
@@ -77,7 +77,7 @@ py::array converted(const py::object& from, const char* what, const Convert& con
   return owning_array(std::move(result), {static_cast<py::ssize_t>(points.size()), 3});
 }
 
-/// What make(city) gives, made once for each city.
+/// The result of make(city), made once for each city.
 template <typename Make>
 py::object once(const py::object& self, const char* name, const Make& make) {
   const py::dict kept = py::module_::import("canyon.city").attr("KEPT").attr("setdefault")(self, py::dict());
@@ -183,7 +183,7 @@ files : path or list of paths
             const ScenarioPtr tree = scenario_of(scenario);
             return scene_of([&] { return simulation::load_city(tree->scenario); });
           },
-          "scenario"_a, "The city of a scenario: facades drawn and place moved as its seed says.")
+          "scenario"_a, "The city of a scenario: random facades and position offset by its seed.")
       .def_static(
           "_read",
           [](const std::filesystem::path& path, std::uint64_t seed) -> std::shared_ptr<CityScene> {
@@ -201,20 +201,19 @@ files : path or list of paths
           },
           "path"_a, "Writes Canyon's own city file (.canyon), which loads quickly.")
       .def_property_readonly(
-          "name", [](const CityScene& self) { return self.city.name; },
-          "str: The name that the source gives it.")
+          "name", [](const CityScene& self) { return self.city.name; }, "str: Its name in the source.")
       .def_property_readonly(
           "notes", [](const CityScene& self) { return self.city.notes.lines(); },
-          "list of str: Everything that the import dropped, guessed or repaired.")
+          "list of str: Data dropped, guessed or repaired by the import.")
       .def_property_readonly(
           "origin", [](const CityScene& self) { return degrees_of(self.city.frame.origin()); },
-          "tuple: (latitude_deg, longitude_deg, height_m) of the frame's zero, WGS 84.")
+          "tuple: (latitude_deg, longitude_deg, height_m) of the frame's origin, WGS 84.")
       .def_property_readonly(
           "summary", [](const py::object& self) { return once(self, "summary", summary); },
           "dict: buildings, triangles, highest_roof_m, built_area_fraction [1], min_enu_m, max_enu_m, ...")
       .def_property_readonly(
           "objects", [](const py::object& self) { return once(self, "objects", objects); },
-          "list of CityObject: They cover all triangles, in order.")
+          "list of CityObject: All triangles, in order.")
       .def_property_readonly(
           "vertices",
           [](const py::object& self) {
@@ -244,12 +243,14 @@ files : path or list of paths
           },
           "(m,) array: Index into :data:`canyon.MATERIALS` of each triangle. Read-only, not copied.")
       .def("object_of", &object_of_triangle, "triangle"_a,
-           "The CityObject that a triangle belongs to, by its index into :attr:`triangles`.")
+           "The CityObject of a triangle, by its index into :attr:`triangles`.")
       .def("placement", &placements, "places"_a,
-           "Whether places (n, 3), east, north, up [m], are free, inside a building or under the terrain: "
+           "Containment of positions (n, 3), east, north, up [m]: free, inside a building or under the "
+           "terrain: "
            "indices into :data:`canyon.PLACEMENTS`.")
       .def("terrain", &terrain, "places"_a,
-           "Height of the terrain [m] at places, NaN where there is none. The places' heights do not matter.")
+           "Height of the terrain [m] at positions, NaN if there is none. Heights of the positions are "
+           "ignored.")
       .def("cast", &cast, "origins"_a, "directions"_a, R"(First hits of rays.
 
 Parameters

@@ -32,8 +32,8 @@ const output::Format& format_of(const std::filesystem::path& path, const std::st
       return format;
     known += fmt::format("{}{}", known.empty() ? "" : ", ", format.name);
   }
-  throw InputError(fmt::format("the name '{}' has no format's ending", path.filename().string()),
-                   "give format=; known are " + known);
+  throw InputError(fmt::format("the name '{}' has no known format extension", path.filename().string()),
+                   "give format=, one of " + known);
 }
 
 using output::Column;
@@ -46,10 +46,10 @@ const output::Table& table_named(const std::string& name) {
     known.push_back(table.name);
   }
   throw InputError(fmt::format("there is no table '{}'", name),
-                   fmt::format("known are {}", fmt::join(known, ", ")));
+                   fmt::format("use one of {}", fmt::join(known, ", ")));
 }
 
-/// Texts of few different values become a fixed-width array of UTF-32, as NumPy has it.
+/// Texts with few different values become a fixed-width array of UTF-32, as in NumPy.
 py::object texts(const std::vector<std::string>& all) {
   std::size_t width = 1;
   for (const std::string& text : all) width = std::max(width, text.size());
@@ -58,7 +58,7 @@ py::object texts(const std::vector<std::string>& all) {
   auto* out = static_cast<char32_t*>(array.mutable_data());
   std::fill(out, out + all.size() * width, U'\0');
   for (std::size_t i = 0; i < all.size(); ++i) {
-    // Fault names alone may have other letters than ASCII.
+    // Only fault names may have non-ASCII letters.
     const py::str decoded(all[i]);
     const py::ssize_t length = PyUnicode_GetLength(decoded.ptr());
     for (py::ssize_t k = 0; k < length; ++k) {
@@ -168,7 +168,7 @@ void bind_epochs(py::module_& m) {
             const positioning::Fix& fix = e.epoch.observed.fix;
             return fix.solved() ? std::string() : std::string(output::no_fix_reason(fix, e.epoch.placement));
           },
-          "Why there is no fix.")
+          "Reason why there is no fix.")
       .def_property_readonly(
           "truth", [](const E& e) { return degrees_of(e.epoch.truth.position); },
           "(latitude_deg, longitude_deg, height_m) of the antenna.")
@@ -178,7 +178,7 @@ void bind_epochs(py::module_& m) {
             if (!e.epoch.observed.fix.solved()) return py::none();
             return degrees_of(e.epoch.observed.fix.position);
           },
-          "(latitude_deg, longitude_deg, height_m) as the receiver believes; None without a fix.")
+          "(latitude_deg, longitude_deg, height_m) of the fix; None without a fix.")
       .def_property_readonly("position_ecef_m",
                              [](const E& e) { return array_of(e.epoch.observed.fix.position_ecef); })
       .def_property_readonly("truth_ecef_m", [](const E& e) { return array_of(e.epoch.truth_ecef); })
@@ -200,18 +200,18 @@ void bind_epochs(py::module_& m) {
       .def_property_readonly("faults", [](const E& e) { return e.epoch.faults; })
       .def("__reduce__",
            [](const E& /*epoch*/) -> py::object {
-             throw py::type_error("an Epoch cannot be pickled: take its table(), or the tables of the run");
+             throw py::type_error("an Epoch cannot be pickled: use its table(), or the tables of the run");
            })
       .def(
           "table", [](const EpochPtr& e, const std::string& name) { return table_of({e}, name); }, "name"_a,
           "Columns of this epoch alone: \"epochs\", \"satellites\", \"signals\", \"paths\".");
-  py::class_<EpochEncoder>(m, "Encoder", "Makes bytes of epochs, as `canyon simulate` writes them.")
+  py::class_<EpochEncoder>(m, "Encoder", "Encodes epochs to bytes, as in `canyon simulate`.")
       .def("begin", &EpochEncoder::begin)
       .def("encode", &EpochEncoder::encode, "epoch"_a)
       .def("end", &EpochEncoder::end);
 }
 
-// Tables of epochs as columns: all of output::tables(), with the instant as UTC in front.
+// Tables of epochs as columns: all of output::tables(), with the instant as UTC first.
 
 py::dict table_of(const std::vector<EpochPtr>& epochs, const std::string& name) {
   const output::Table& table = table_named(name);

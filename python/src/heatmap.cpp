@@ -21,7 +21,7 @@
 namespace canyon::python {
 namespace {
 
-/// A map with everything that its writers need.
+/// A map with all data needed by its writers.
 class Map {
  public:
   Map(const py::object& scenario, std::shared_ptr<simulation::CityScene> city, const py::object& box,
@@ -60,7 +60,7 @@ class Map {
       area = {{sides.at(0), sides.at(1)}, {sides.at(2), sides.at(3)}};
     }
     if (!city_) {
-      // Whole, or about the box: the scenario's own trajectory may be elsewhere.
+      // Complete, or around the box: the scenario's own trajectory may be in another area.
       simulation::CityConfig config = scenario_.city;
       if (area && config.origin) {
         const geodesy::LocalFrame frame(*config.origin);
@@ -77,8 +77,8 @@ class Map {
       area = heatmap::built_box(city_->city);
     request_.grid =
         heatmap::Grid::covering(area->min.x(), area->min.y(), area->max.x(), area->max.y(), spacing_m);
-    // Receivers that run take milliseconds for a cell: Ctrl-C must not wait for 65,536 of them. Others have
-    // the command's tiles, and its numbers.
+    // Receivers that run take milliseconds per cell: Ctrl-C must not wait for 65,536 of them. Others use the
+    // command's tiles, with the same results.
     if (receiver_.options.signal.enabled && request_.receivers.model == heatmap::ReceiverModel::Run)
       request_.grid.tile_size = 16;
     heatmap::check_altitudes(request_, city_->city);
@@ -86,7 +86,7 @@ class Map {
     if (heatmap::value_count(request_) > kMostValues) {
       throw InputError(
           fmt::format("the map has {:.3g} values", heatmap::value_count(request_)),
-          fmt::format("they are kept in memory: at most {:.0g}; take a larger spacing, or `canyon heatmap`",
+          fmt::format("use a larger spacing (at most {:.0g} values in memory), or `canyon heatmap`",
                       kMostValues));
     }
     sky_ = simulation::build_sky(scenario_.sky, request_.times.front(), request_.times.back(),
@@ -104,11 +104,11 @@ class Map {
     warn_of(sky_.report);
   }
 
-  /// Computes into a store in `folder`, which a later call goes on from. False: interrupted.
+  /// Computes into a store in `folder`, from which a later call continues. False: interrupted.
   bool run(const std::string& folder, int threads) {
     store_ = std::make_unique<heatmap::TileStore>(folder, heatmap_->key(), "a map of Python's");
     const FolderLock lock(folder);
-    // Progress comes from any thread, Python's handlers run in this one: it waits beside the work.
+    // Progress is reported from any thread, Python's handlers run in this one, which waits during the work.
     Signals signals;
     std::atomic<bool> done{false};
     std::exception_ptr failure;
@@ -219,7 +219,7 @@ class Map {
 }  // namespace
 
 void bind_heatmap(py::module_& m) {
-  py::class_<Map>(m, "Map", "A heat map of Python's, and its writers.")
+  py::class_<Map>(m, "Map", "A heat map in Python, and its writers.")
       .def(py::init<const py::object&, std::shared_ptr<simulation::CityScene>, const py::object&, double,
                     std::vector<double>, const std::string&, const py::object&,
                     const std::vector<std::string>&, const std::string&, const std::string&, int,
@@ -239,7 +239,7 @@ void bind_heatmap(py::module_& m) {
         }
         return layers;
       },
-      "Layers that maps may have: name to (unit, meaning).");
+      "Available layers of maps: name to (unit, meaning).");
 }
 
 }  // namespace canyon::python

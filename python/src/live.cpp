@@ -15,7 +15,7 @@ namespace {
 
 using simulation::LiveReceiver;
 
-/// A receiver of Python's own simulator.
+/// A receiver for a simulator in Python.
 class Live {
  public:
   Live(std::shared_ptr<simulation::CityScene> city, const py::object& start, const py::object& faults,
@@ -47,7 +47,7 @@ class Live {
     return make(std::nullopt, seconds, false);
   }
   std::string add_fault(const py::object& fault) {
-    // An item of `faults:` as JSON: text is what the engine takes while a receiver runs.
+    // An item of `faults:` as JSON: the engine accepts text while a receiver runs.
     const std::string text = py::isinstance<py::str>(fault)
                                  ? fault.cast<std::string>()
                                  : py::module_::import("json").attr("dumps")(fault).cast<std::string>();
@@ -89,7 +89,7 @@ class Live {
     return kept(std::move(run_->make(due, false).back()), paths);
   }
   EpochPtr kept(LiveReceiver::Step step, bool paths) {
-    auto messages = step.arrival.messages;  // those of the sky of this day
+    auto messages = step.arrival.messages;  // of the sky of this day
     step.epoch.arrival = nullptr;
     if (!signal_)
       signal_ =
@@ -102,7 +102,7 @@ class Live {
 
   std::shared_ptr<simulation::CityScene> scene_;
   std::shared_ptr<simulation::Run> run_;                   // of the receiver, 0, and its base, 1
-  std::shared_ptr<const tracking::SignalOptions> signal_;  ///< the receiver's; null: to be copied anew
+  std::shared_ptr<const tracking::SignalOptions> signal_;  ///< the receiver's; null: must be copied again
 };
 
 }  // namespace
@@ -141,11 +141,12 @@ Examples
 east counter-clockwise, `yaw_rate` [rad/s]. A time before the last one begins anew; a place that no vehicle
 gets to in one step restarts the receiver hot, with a warning.)")
       .def("lose", &Live::lose, "seconds"_a,
-           "One epoch of an antenna whose place is not known: no signal, no fix.")
+           "One epoch of an antenna without a known position: no signal, no fix.")
       .def(
           "restart", [](Live& self) { self.receiver().restart(); }, "As constructed.")
       .def("change", &Live::change, "changes"_a = py::none(), py::pos_only(),
-           "Other options from the next step on (any key but ``sky``, ``start``, ``name``); begins anew.")
+           "Other options from the next step on (any key except ``sky``, ``start``, ``name``); restarts the "
+           "receiver.")
       .def("add_fault", &Live::add_fault, "fault"_a,
            "Begins a fault now: an item of a scenario's ``faults:``. Returns its name.")
       .def(
@@ -157,9 +158,10 @@ gets to in one step restarts the receiver hot, with a warning.)")
       .def(
           "take_warnings", [](Live& self) { return self.receiver().take_warnings(); },
           "Warnings since the last call.")
-      .def("encoder", &Live::encoder, "format"_a, "interval_s"_a = 1.0, "generation"_a = "f9",
-           "Makes bytes of epochs: `begin()`, `encode(epoch)` of each, `end()`. See :func:`canyon.formats`. "
-           "`generation` is of \"ubx\": m8, f9, m10 or x20.");
+      .def(
+          "encoder", &Live::encoder, "format"_a, "interval_s"_a = 1.0, "generation"_a = "f9",
+          "Encodes epochs to bytes: `begin()`, `encode(epoch)` of each, `end()`. See :func:`canyon.formats`. "
+          "`generation` is of \"ubx\": m8, f9, m10 or x20.");
 }
 
 }  // namespace canyon::python

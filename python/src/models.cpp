@@ -16,7 +16,7 @@ namespace {
 using propagation::Path;
 using propagation::SatelliteView;
 
-/// An arrival lent to Python for one call of apply(). Afterwards it is gone, whoever kept it.
+/// An arrival passed to Python for one call of apply(). Afterwards it is invalid, even if kept.
 struct Borrowed {
   const propagation::Antenna* antenna;
   propagation::Arrival* arrival;
@@ -26,7 +26,7 @@ struct BorrowedArrival {
 
   [[nodiscard]] propagation::Arrival& arrival() const {
     if (borrowed->arrival == nullptr)
-      throw InputError("an arrival is valid only during the call of apply()", "keep copies of its numbers");
+      throw InputError("an arrival is valid only during the call of apply()", "copy its numbers");
     return *borrowed->arrival;
   }
   [[nodiscard]] const propagation::Antenna& antenna() const {
@@ -58,7 +58,7 @@ struct LentPath {
 double finite(double value, double least, const char* what) {
   if (std::isfinite(value) && value >= least) return value;
   throw InputError(fmt::format("{} of {} is out of range", what, value),
-                   fmt::format("it is {} or more", least));
+                   fmt::format("give at least {}", least));
 }
 
 /// Python's `apply(arrival)`.
@@ -79,8 +79,8 @@ class PythonDisturbance final : public disturbance::Disturbance {
   Held object_;
 };
 
-/// The object of one receiver: made by a factory `make(seed, receiver)`, or the object itself, which
-/// `begin(seed, receiver)` resets, if it has that method.
+/// The object of one receiver: made by a factory `make(seed, receiver)`, or the object itself, reset by its
+/// method `begin(seed, receiver)`, if it exists.
 py::object begun(const py::object& object, const char* method, std::uint64_t seed,
                  const std::string& receiver) {
   if (py::hasattr(object, method) && !py::isinstance<py::type>(object)) {
@@ -105,7 +105,7 @@ signal::AntennaPattern pattern_of(const py::object& antenna) {
     for (int deg = -90; deg <= 90; ++deg) {
       const py::tuple gain = py::tuple(antenna(geodesy::radians(deg), carrier_hz));
       if (gain.size() != 2)
-        throw InputError("the antenna does not give a pair of gains", "give (rhcp_dbic, lhcp_dbic)");
+        throw InputError("the antenna does not return a pair of gains", "return (rhcp_dbic, lhcp_dbic)");
       points.push_back({static_cast<double>(deg), gain[0].cast<double>(), gain[1].cast<double>()});
     }
     return points;
@@ -113,7 +113,7 @@ signal::AntennaPattern pattern_of(const py::object& antenna) {
   return {"Python's own", rows(1575.42e6), rows(1227.60e6)};
 }
 
-/// The input of a solver, as arrays; satellites have their places at transmission, in the axes of reception.
+/// The input of a solver, as arrays; satellite positions are at transmission, in the axes of reception.
 struct Problem {
   geodesy::GpsTime time;
   std::vector<std::string> satellites;
@@ -135,8 +135,8 @@ positioning::Fix solve(const Held& solver, geodesy::GpsTime time,
   std::vector<positioning::RangedSatellite> satellites;
   positioning::range_satellites(time, measurements, sky, options, satellites);
   const auto own = positioning::solve_fix(time, satellites, options, klobuchar, Eigen::Vector3d::Zero());
-  // Satellites are turned by the Earth's rotation over the flight, which needs a place: the engine's own, or
-  // below them all.
+  // Satellites are rotated by the Earth's rotation during the flight time, which needs a position: the
+  // engine's own, or a point below all satellites.
   Eigen::Vector3d start = own.position_ecef;
   if (!own.solved()) {
     start.setZero();
@@ -210,7 +210,7 @@ void put_models(const py::object& models, simulation::ReceiverConfig& receiver) 
     const py::object object = py::reinterpret_borrow<py::object>(each);
     if (!py::hasattr(object, "apply") && PyCallable_Check(object.ptr()) == 0) {
       throw InputError(fmt::format("{} is not a disturbance", py::repr(object).cast<std::string>()),
-                       "it has apply(arrival), or makes one as make(seed, receiver)");
+                       "give an object with apply(arrival), or a factory make(seed, receiver)");
     }
     receiver.disturbances.push_back(source_of(Held(object)));
   }
@@ -218,10 +218,10 @@ void put_models(const py::object& models, simulation::ReceiverConfig& receiver) 
                    solver = models.attr("solver");
   for (const auto& [what, object] : {std::pair("antenna", antenna), std::pair("weighting", weighting)})
     if (!object.is_none() && PyCallable_Check(object.ptr()) == 0)
-      throw InputError(fmt::format("the {} is not a function", what), "docs/python.md shows one");
+      throw InputError(fmt::format("the {} is not a function", what), "see docs/python.md for an example");
   if (!solver.is_none() && !py::hasattr(solver, "solve") && PyCallable_Check(solver.ptr()) == 0) {
     throw InputError("the solver has no method solve()",
-                     "it has solve(problem), or makes one as make(seed, receiver)");
+                     "give an object with solve(problem), or a factory make(seed, receiver)");
   }
   if (!antenna.is_none()) receiver.options.signal.antenna = pattern_of(antenna);
   if (!weighting.is_none() || !solver.is_none()) receiver.models = models_of(weighting, solver);
@@ -237,7 +237,7 @@ void put_models(const py::object& models, std::vector<simulation::ReceiverConfig
     const auto found = std::find_if(receivers.begin(), receivers.end(),
                                     [&](const auto& receiver) { return receiver.options.name == name; });
     if (found == receivers.end())
-      throw InputError(fmt::format("models are given for '{}', and there is no such receiver", name));
+      throw InputError(fmt::format("models are given for '{}', but there is no such receiver", name));
     put_models(py::reinterpret_borrow<py::object>(value), *found);
   }
 }
@@ -246,16 +246,16 @@ void bind_models(py::module_& m) {
   using P = LentPath;
   using V = LentView;
   using A = BorrowedArrival;
-  py::class_<P>(m, "ArrivingPath", "A path of a satellite that arrives.")
+  py::class_<P>(m, "ArrivingPath", "An arriving path of a satellite.")
       .def_property_readonly("kind", [](const P& p) { return std::string(propagation::name(p.path().kind)); })
       .def_property_readonly("order", [](const P& p) { return p.path().order; })
       .def_property_readonly(
           "arrival", [](const P& p) { return array_of(p.path().arrival); },
-          "Unit vector, east, north, up, towards where it comes from.")
+          "Unit vector, east, north, up, towards the direction of arrival.")
       .def_property(
           "excess_m", [](const P& p) { return p.path().excess_m; },
           [](const P& p, double v) { p.path().excess_m = finite(v, 0, "an excess path"); },
-          "Detour [m], at least 0.")
+          "Excess path [m], at least 0.")
       .def_property(
           "amplitude_factor", [](const P& p) { return p.path().amplitude_factor; },
           [](const P& p, double v) { p.path().amplitude_factor = finite(v, 0, "an amplitude factor"); },
@@ -281,8 +281,8 @@ void bind_models(py::module_& m) {
             for (const std::size_t i : indices) kept.push_back(v.view().paths.paths.at(i));
             v.view().paths.paths = std::move(kept);
           },
-          "indices"_a, "These of its paths stay, in this order; the others go.");
-  py::class_<A>(m, "Arrival", "The signals that arrive at an antenna at one instant, valid during one call.")
+          "indices"_a, "Keeps these paths in this order; removes the others.");
+  py::class_<A>(m, "Arrival", "The signals arriving at an antenna at one instant, valid during one call.")
       .def_property_readonly("time", [](const A& a) { return datetime(a.antenna().time); })
       .def_property_readonly("gps_ns", [](const A& a) { return a.antenna().time.nanoseconds(); })
       .def_property_readonly("antenna_enu_m", [](const A& a) { return array_of(a.arrival().antenna_enu); })
@@ -315,7 +315,7 @@ void bind_models(py::module_& m) {
             a.arrival().interference.push_back(wave);
           },
           "power_dbw"_a, "towards"_a, "width_hz"_a = 20e6,
-          "Adds noise about L1: its power at an isotropic antenna, and the direction (ENU) it comes from.");
+          "Adds noise around L1: its power at an isotropic antenna, and its direction of arrival (ENU).");
   py::class_<Problem>(m, "Problem", "Ranges of one epoch, for a solver.")
       .def_property_readonly("time", [](const Problem& p) { return datetime(p.time); })
       .def_property_readonly("gps_ns", [](const Problem& p) { return p.time.nanoseconds(); })
@@ -323,13 +323,13 @@ void bind_models(py::module_& m) {
       .def_readonly("position_ecef_m", &Problem::position_ecef_m,
                     "(n, 3): satellites at transmission, in the Earth's axes of reception.")
       .def_readonly("range_m", &Problem::range_m,
-                    "(n,): pseudoranges less satellite clocks and atmosphere: distance and receiver clock, "
-                    "one a system.")
+                    "(n,): pseudoranges minus satellite clocks and atmosphere: distance and receiver clock, "
+                    "one per system.")
       .def_readonly("sigma_m", &Problem::sigma_m)
       .def_readonly("cn0_dbhz", &Problem::cn0_dbhz)
       .def_readonly("doppler_hz", &Problem::doppler_hz)
       .def_readonly("start_ecef_m", &Problem::start_ecef_m,
-                    "The engine's own least squares; None where that has no solution.");
+                    "The engine's own least squares; None if that has no solution.");
 }
 
 }  // namespace canyon::python

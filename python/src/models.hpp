@@ -9,7 +9,7 @@
 
 namespace canyon::python {
 
-/// A Python object that the engine holds: let go of under the GIL, whoever lets go.
+/// A Python object held by the engine: always released under the GIL.
 class Held {
  public:
   explicit Held(py::object object)
@@ -23,10 +23,10 @@ class Held {
   std::shared_ptr<const py::object> object_;
 };
 
-/// Puts canyon.Models into a receiver: its disturbances, antenna, weighting and solver. Throws InputError for
+/// Sets canyon.Models in a receiver: its disturbances, antenna, weighting and solver. Throws InputError for
 /// other objects.
 void put_models(const py::object& models, simulation::ReceiverConfig& receiver);
-/// The same of several receivers: one for all, or a dict by name.
+/// The same for several receivers: one for all, or a dict by name.
 void put_models(const py::object& models, std::vector<simulation::ReceiverConfig>& receivers);
 
 }  // namespace canyon::python

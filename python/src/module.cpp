@@ -29,7 +29,7 @@ bool Signals::take_interrupt() {
 
 namespace {
 
-/// canyon.errors has the classes, so that they are documented and typed as Python's others.
+/// The classes are in canyon.errors, so that they are documented and typed like other Python classes.
 void raise_as(const char* name, const InputError& error) {
   const py::object cls = py::module_::import("canyon.errors").attr(name);
   const py::object file = error.file().empty() ? py::object(py::none()) : py::str(error.file());

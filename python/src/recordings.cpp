@@ -66,7 +66,7 @@ class Recorded {
     return from_json(text);
   }
 
-  /// Figures of each model on [from, to) of the epochs, as `canyon validate --json` has them.
+  /// Metrics of each model on [from, to) of the epochs, as in `canyon validate --json`.
   [[nodiscard]] py::object validate(const std::pair<double, double>& shares,
                                     const std::vector<std::string>& keys, int threads) const {
     const auto [first, count] = part(shares.first, shares.second);
@@ -102,7 +102,7 @@ class Recorded {
     return from_json(text);
   }
 
-  /// It must outlive what is returned.
+  /// It must outlive the returned object.
   [[nodiscard]] calibration::Drive drive(double from, double to) {
     const auto [first, count] = part(from, to);
     calibration::Drive d;
@@ -119,11 +119,11 @@ class Recorded {
   }
 
  private:
-  /// First epoch and count of shares [from, to) of the recording.
+  /// First epoch and count of the fractions [from, to) of the recording.
   [[nodiscard]] std::pair<std::size_t, std::size_t> part(double from, double to) const {
     if (!(from >= 0 && from < to && to <= 1)) {
       throw InputError(fmt::format("the part from {} to {} is not a valid part", from, to),
-                       "give shares of the recording, 0 to 1");
+                       "give fractions of the recording, 0 to 1");
     }
     const auto at = [&](double share) {
       return static_cast<std::size_t>(std::lround(share * static_cast<double>(epochs())));
@@ -144,7 +144,7 @@ class Recorded {
 };
 
 py::dict calibrate(const std::vector<Recorded*>& recordings, double from, double to, int seeds, int threads) {
-  if (recordings.empty()) throw InputError("there is no recording to calibrate by", "give at least one");
+  if (recordings.empty()) throw InputError("there is no recording for the calibration", "give at least one");
   std::vector<calibration::Drive> drives;
   drives.reserve(recordings.size());
   for (Recorded* each : recordings) drives.push_back(each->drive(from, to));

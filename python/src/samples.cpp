@@ -15,7 +15,7 @@ using simulation::Simulation;
 using SimulationPtr = std::shared_ptr<Simulation>;
 using SampleVector = std::vector<std::complex<float>>;
 
-/// Hands samples over in pieces of one size, the last one shorter.
+/// Passes on samples in pieces of equal size, the last one shorter.
 class Pieces final : public simulation::EpochSink {
  public:
   Pieces(const Simulation& simulation, std::size_t receiver, const samples::FrontEnd& front_end, int threads,
@@ -51,7 +51,7 @@ class Pieces final : public simulation::EpochSink {
   SampleVector piece_;
 };
 
-/// complex64, or float32 of real samples.
+/// complex64, or float32 for real samples.
 py::object array_of_samples(SampleVector&& values, bool real) {
   if (!real) return owning_array(std::move(values));
   std::vector<float> parts(values.size());

@@ -31,7 +31,7 @@ bool is_a(py::handle object, const char* module, const char* name) {
   return py::isinstance(object, py::module_::import(module).attr(name));
 }
 
-/// ISO 8601 with its zone; a datetime without one is UTC, as everywhere in scenarios.
+/// ISO 8601 with its zone; a datetime without a zone is UTC, as in scenarios.
 std::string time_text(py::handle object) {
   if (is_a(object, "numpy", "datetime64"))
     return py::str(py::module_::import("numpy").attr("datetime_as_string")(object)).cast<std::string>() + "Z";
@@ -40,15 +40,15 @@ std::string time_text(py::handle object) {
 }
 
 Node tree(py::handle object, const std::string& path, int depth) {
-  if (depth > kDeepest) throw value_error(path, "the settings are too deep", "look for a dict in itself");
+  if (depth > kDeepest)
+    throw value_error(path, "the settings are too deep", "check for a dict that contains itself");
   if (object.is_none()) return {};
   if (py::isinstance<py::bool_>(object)) return options::scalar_node(object.cast<bool>() ? "true" : "false");
   if (py::isinstance<py::str>(object)) return options::scalar_node(object.cast<std::string>());
   if (py::isinstance<py::int_>(object)) return options::scalar_node(py::str(object).cast<std::string>());
   if (py::isinstance<py::float_>(object)) {
     const double value = object.cast<double>();
-    if (std::isnan(value))
-      throw value_error(path, "NaN is not a value", "give a number, or leave the key out");
+    if (std::isnan(value)) throw value_error(path, "NaN is not a value", "give a number, or remove the key");
     return options::scalar_node(options::show(value));
   }
   if (py::isinstance<py::dict>(object)) {
@@ -56,8 +56,8 @@ Node tree(py::handle object, const std::string& path, int depth) {
     node.kind = Node::Kind::Mapping;
     for (const auto& [key, value] : py::reinterpret_borrow<py::dict>(object)) {
       if (!py::isinstance<py::str>(key)) {
-        throw value_error(path, fmt::format("the key {} is not a text", py::repr(key).cast<std::string>()),
-                          "keys are names, as docs/scenario.md has them");
+        throw value_error(path, fmt::format("the key {} is not a string", py::repr(key).cast<std::string>()),
+                          "use the names in docs/scenario.md as keys");
       }
       const std::string name = key.cast<std::string>();
       node.entries.push_back({name, 0, tree(value, with(path, name), depth + 1)});
@@ -83,7 +83,7 @@ Node tree(py::handle object, const std::string& path, int depth) {
                     "give text, numbers, booleans, times, paths, and dicts and lists of these");
 }
 
-/// A scalar as YAML 1.2's core schema reads it.
+/// A scalar by YAML 1.2's core schema.
 py::object plain(const std::string& text) {
   if (text == "true" || text == "false") return py::bool_(text == "true");
   const bool digits = !text.empty() && text.find_first_not_of("-0123456789") == std::string::npos;
@@ -124,7 +124,7 @@ py::dict profile_list() {
   return profiles;
 }
 
-/// Whether two scenarios are one: every key, and the folder that names of files belong to.
+/// Whether two scenarios are equal: all keys, and the folder of relative file names.
 bool same(const ScenarioTree& a, const ScenarioTree& b) {
   const auto folder = [](const ScenarioTree& s) {
     return (std::filesystem::current_path() / s.file).parent_path();
@@ -140,7 +140,7 @@ std::vector<std::string> names_in(const ScenarioTree& scenario) {
 ScenarioPtr parsed_scenario(const std::string& text, const std::filesystem::path& file) {
   const options::Document document = document_of(file, "scenario", simulation::scenario_description());
   return std::make_shared<ScenarioTree>(
-      options::parse_yaml(text, document, "it needs at least city, sky and trajectory"), file);
+      options::parse_yaml(text, document, "give at least city, sky and trajectory"), file);
 }
 
 ScenarioPtr loaded_scenario(const std::filesystem::path& path) {
@@ -156,7 +156,7 @@ ScenarioPtr changed_scenario(const ScenarioTree& scenario, const py::object& cha
   return std::make_shared<ScenarioTree>(std::move(tree), scenario.file);
 }
 
-/// A scenario of a dict, of YAML text, or of keys alone.
+/// A scenario from a dict, from YAML text, or only from keys.
 ScenarioPtr made_scenario(const py::object& source, const py::kwargs& keys) {
   if (py::isinstance<py::str>(source)) {
     const ScenarioPtr scenario = parsed_scenario(source.cast<std::string>(), {});
@@ -171,7 +171,7 @@ ScenarioPtr made_scenario(const py::object& source, const py::kwargs& keys) {
 
 void warn_of(const ReadReport& report, const ReadReport& said) {
   const std::vector<std::string> known = said.warnings();
-  // The warning names the line of the user that called, behind those of the module.
+  // The warning names the line of the user's call, not a line of the module.
   Py_ssize_t level = 1;
   py::object frame = py::module_::import("sys").attr("_getframe")();
   while (
@@ -352,7 +352,7 @@ path : path
            "The scenario with other keys: mappings are merged key by key, anything else is replaced.")
       .def_property_readonly(
           "settings", [](const ScenarioTree& self) { return py::dict(object_of(self.tree)); },
-          "dict: A copy of the keys as they were given, without defaults; :meth:`changed` changes them.")
+          "dict: A copy of the given keys, without defaults; :meth:`changed` changes them.")
       .def_property_readonly(
           "yaml", [](const ScenarioTree& self) { return simulation::scenario_yaml(self.scenario); },
           "str: The effective scenario: profiles resolved, every default written out.")
@@ -361,14 +361,14 @@ path : path
           "seed", [](const ScenarioTree& self) { return self.scenario.seed; }, "int: Seed of all noise.")
       .def_property_readonly(
           "warnings", [](const ScenarioTree& self) { return self.scenario.warnings; },
-          "list of str: Warnings about keys that may be meant otherwise.")
+          "list of str: Warnings about ambiguous keys.")
       .def(py::pickle(
           [](const ScenarioTree& self) {
             const py::object file = self.file.empty() ? py::object(py::none()) : py::cast(self.file);
             return py::make_tuple(object_of(self.tree, true), file, std::filesystem::current_path());
           },
           [](const py::tuple& state) {
-            // Names of files go on to belong to the folder that they belonged to.
+            // File names stay relative to their original folder.
             std::filesystem::path file;
             if (!state[1].is_none()) file = state[1].cast<std::filesystem::path>();
             const auto folder = state[2].cast<std::filesystem::path>();
@@ -418,7 +418,7 @@ True)");
       [] {
         py::dict formats;
         for (const output::Format& format : output::formats()) {
-          if (format.help.empty()) continue;  // of streams alone
+          if (format.help.empty()) continue;  // for streams only
           formats[py::str(std::string(format.name))] = std::string(format.file);
         }
         return formats;

@@ -60,7 +60,7 @@ std::vector<std::string> names_of(const Simulation& simulation) {
   return simulation::receiver_names(simulation.scenario().receivers);
 }
 
-/// A whole run: (epochs by receiver, result). Ctrl-C ends it early, with what is done.
+/// A whole run: (epochs by receiver, result). Ctrl-C ends it early, with the finished epochs.
 py::dict run(const SimulationPtr& simulation, int threads, bool with_paths,
              const std::optional<std::filesystem::path>& folder) {
   std::vector<EpochPtr> kept;
@@ -112,7 +112,7 @@ py::dict run(const SimulationPtr& simulation, int threads, bool with_paths,
 std::unique_ptr<Stream<EpochPtr>> stream(const SimulationPtr& simulation, int threads, bool with_paths) {
   simulation::RunOptions options;
   options.threads = threads;
-  options.block = 64;  // the first epoch shall not wait for many
+  options.block = 64;  // the first epoch must not wait for many others
   constexpr std::size_t kMostWaiting = 256;
   return std::make_unique<Stream<EpochPtr>>(
       simulation, options, kMostWaiting, [&](Stream<EpochPtr>::Push push) {
@@ -123,15 +123,14 @@ std::unique_ptr<Stream<EpochPtr>> stream(const SimulationPtr& simulation, int th
       });
 }
 
-/// A run whose epochs are not kept: {"time_s": [time], "delay_m": [delay], "values": [time, delay],
+/// A run without stored epochs: {"time_s": [time], "delay_m": [delay], "values": [time, delay],
 /// "measured_m": [time]}.
 py::dict correlation(const SimulationPtr& simulation, const std::string& satellite, const std::string& signal,
                      std::size_t receiver, const std::vector<double>& delays_m,
                      const std::optional<double>& bandwidth_hz, int threads) {
   const auto id = gnss::parse_satellite(satellite);
   if (!id) {
-    throw InputError(fmt::format("'{}' is not a satellite", satellite),
-                     "satellites are called G05, E11, C23");
+    throw InputError(fmt::format("'{}' is not a satellite", satellite), "use a name such as G05, E11, C23");
   }
   samples::CorrelationRecord::Options what;
   what.receiver = receiver;
@@ -232,7 +231,7 @@ void bind_simulation(py::module_& m) {
            }),
            "scenario"_a, "city"_a = nullptr, "models"_a = py::none())
       .def("__len__", &Simulation::epoch_count)
-      .def_property_readonly("interval_s", &Simulation::interval_s, "float: From epoch to epoch [s].")
+      .def_property_readonly("interval_s", &Simulation::interval_s, "float: Interval of epochs [s].")
       .def_property_readonly(
           "begin", [](const Simulation& self) { return datetime(self.begin()); },
           "numpy.datetime64: The first epoch, UTC.")
@@ -250,7 +249,8 @@ void bind_simulation(py::module_& m) {
             const auto rows = static_cast<py::ssize_t>(places.size() / 3);
             return owning_array(std::move(places), {rows, 3});
           },
-          "times"_a, "receiver"_a = 0, "Where a receiver's antenna is at times: east, north, up [m], (n, 3).")
+          "times"_a, "receiver"_a = 0,
+          "Positions of a receiver's antenna at times: east, north, up [m], (n, 3).")
       .def("_run", &run, "threads"_a, "paths"_a, "folder"_a)
       .def("_correlation", &correlation, "satellite"_a, "signal"_a, "receiver"_a, "delays_m"_a,
            "bandwidth_hz"_a, "threads"_a)
@@ -262,7 +262,7 @@ void bind_simulation(py::module_& m) {
             return std::make_unique<EpochEncoder>(format, output::describe_receiver(*self, receiver));
           },
           "format"_a, "receiver"_a = 0,
-          "Makes bytes of epochs: `begin()`, `encode(epoch)` of each, `end()`. See :func:`canyon.formats`.")
+          "Encodes epochs to bytes: `begin()`, `encode(epoch)` of each, `end()`. See :func:`canyon.formats`.")
       .def("stream", &stream, "threads"_a = 0, "paths"_a = false,
            R"(Epochs of all receivers, one by one, by time and then by receiver, while the engine works ahead.
 

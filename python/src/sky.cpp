@@ -11,7 +11,7 @@ std::vector<std::string> names_of(const std::vector<gnss::SatelliteId>& ids) {
   return names;
 }
 
-/// Azimuth, elevation, range and place of every satellite at every time, seen from one place.
+/// Azimuth, elevation, range and position of every satellite at every time, from one position.
 py::dict look(const SkyHandle& self, const py::object& when, const py::object& where) {
   const std::vector<geodesy::GpsTime> times = times_of(when);
   const orbit::Observer observer(geodesy::ecef_from_geodetic(place_of(where, "the place")));
@@ -98,10 +98,10 @@ True)")
           }))
       .def_property_readonly(
           "satellites", [](const SkyHandle& self) { return names_of(self.satellites); },
-          "list of str: \"G01\", \"E05\", ..., those that it may know.")
+          "list of str: \"G01\", \"E05\", ..., satellites that it may have.")
       .def_property_readonly(
           "warnings", [](const SkyHandle& self) { return self.built.report.warnings(); },
-          "list of str: Stale ephemerides and their like.")
+          "list of str: Stale ephemerides and similar warnings.")
       .def("look", &look, "times"_a, "place"_a, R"(Where all satellites stand, above the horizon or not.
 
 Parameters

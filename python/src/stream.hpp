@@ -17,14 +17,14 @@
 
 namespace canyon::python {
 
-/// A run in a thread of its own that hands over what its sink makes of epochs, one by one.
+/// A run in its own thread that passes on its sink's results, epoch by epoch.
 template <typename Item>
 class Stream {
  public:
   using Push = std::function<void(Item)>;
   using MakeSink = std::function<std::unique_ptr<simulation::EpochSink>(Push)>;
 
-  /// @param most_waiting items that nobody has taken yet
+  /// @param most_waiting maximum queued items
   Stream(std::shared_ptr<simulation::Simulation> simulation, const simulation::RunOptions& options,
          std::size_t most_waiting, const MakeSink& make_sink)
       : simulation_(std::move(simulation)),
@@ -34,13 +34,13 @@ class Stream {
   ~Stream() {
     try {
       close();
-    } catch (...) {  // what threads and mutexes throw, and nobody can mend here
+    } catch (...) {  // exceptions of threads and mutexes, which cannot be handled here
     }
   }
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
 
-  /// Throws py::stop_iteration at the end of the run, and what ended it early.
+  /// Throws py::stop_iteration at the end of the run, or the exception that ended it early.
   Item next() {
     std::optional<Item> item;
     while (true) {

@@ -11,7 +11,7 @@ namespace {
 
 using simulation::TracedSatellite;
 
-/// A path as NumPy sees it.
+/// A path in NumPy's layout.
 struct PathRow {
   std::uint32_t place, satellite;
   std::uint8_t kind, order;
@@ -20,7 +20,7 @@ struct PathRow {
   double incidence_rad, foliage_depth_m;
 };
 
-/// A city with a propagator: what trace() needs made once. The scene outlives what refers to it.
+/// A city with a propagator: objects of trace() that are made once. The scene outlives its users.
 class Tracer {
  public:
   Tracer(std::shared_ptr<simulation::CityScene> scene, const py::kwargs& settings)
@@ -29,7 +29,7 @@ class Tracer {
                     read_tree<propagation::PropagationOptions>(tree_of(settings), "propagation"),
                     scene_->city.seed) {}
 
-  /// Satellites of a sky at times, or those that stand in the directions.
+  /// Satellites of a sky at times, or satellites in the given directions.
   py::object at(const py::object& where, const SkyPtr& sky, const py::object& when, const py::object& whom,
                 const py::object& directions, int threads, bool with_paths) const {
     if ((sky == nullptr) == directions.is_none() || (sky != nullptr && when.is_none()))
@@ -44,8 +44,7 @@ class Tracer {
         const std::string text = py::str(name).cast<std::string>();
         const auto id = gnss::parse_satellite(text);
         if (!id)
-          throw InputError(fmt::format("'{}' is not a satellite", text),
-                           "satellites are called G05, E11, C23");
+          throw InputError(fmt::format("'{}' is not a satellite", text), "use a name such as G05, E11, C23");
         satellites.push_back(*id);
       }
     }
@@ -79,7 +78,7 @@ class Tracer {
                         const Trace& trace) {
     std::vector<TracedSatellite> rows(places.size() * satellites);
     std::vector<simulation::TracedPath> paths;
-    // Ctrl-C gives no part of the table: a caller who wants parts asks for parts.
+    // Ctrl-C returns no partial table: callers can request parts.
     (void)interruptible([&](Signals& signals) {
       simulation::TracePlacesOptions options;
       options.threads = threads;
@@ -124,7 +123,7 @@ city : City
       .def(py::init<std::shared_ptr<simulation::CityScene>, const py::kwargs&>(), "city"_a)
       .def("at", &Tracer::at, "places"_a, "sky"_a = nullptr, "times"_a = py::none(),
            "satellites"_a = py::none(), "directions"_a = py::none(), "threads"_a = 0, "paths"_a = false,
-           "Traces at places: see :func:`canyon.trace`, whose arguments these are.");
+           "Traces at positions: see :func:`canyon.trace` for the arguments.");
 }
 
 }  // namespace canyon::python

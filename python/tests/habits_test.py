@@ -1,4 +1,4 @@
-"""Daily Python: tables made once, pickles, pools of processes, and the way that docs/python.md says to import it."""
+"""Daily use in Python: tables made once, pickles, process pools, and the import described in docs/python.md."""
 
 import copy
 import multiprocessing
@@ -128,7 +128,7 @@ class Pickles(unittest.TestCase):
                 self.assertFalse(again.table(name)[column].flags.writeable)
         self.assertEqual(again.epochs.units, run.epochs.units)
         for call in (again.epochs_of, lambda: again.write("somewhere.nmea")):
-            with self.assertRaisesRegex(canyon.InputError, "pickled has no epochs"):
+            with self.assertRaisesRegex(canyon.InputError, "pickled run has no epochs"):
                 call()
         with tempfile.TemporaryDirectory() as folder:
             copy.deepcopy(run).write(f"{folder}/copy.nmea")
@@ -148,11 +148,11 @@ class Pickles(unittest.TestCase):
         for layer, values in one.layers.items():
             np.testing.assert_array_equal(values, other[layer])
         self.assertEqual(repr(one), repr(other))
-        with self.assertRaisesRegex(canyon.InputError, "pickled has no tiles"):
+        with self.assertRaisesRegex(canyon.InputError, "pickled map has no tiles"):
             other.write("somewhere.nc")
         with tempfile.TemporaryDirectory() as folder:
             twin = copy.deepcopy(one)
-            del one  # the tiles are there for as long as anybody may write them
+            del one  # the tiles exist as long as they can be written
             twin.write(f"{folder}/map.nc")
             self.assertEqual(os.listdir(folder), ["map.nc"])
 
@@ -171,7 +171,7 @@ class Pickles(unittest.TestCase):
         self.assertEqual(*(repr(each.tolist()) for each in seen))
 
     def test_epochs_say_what_to_take(self):
-        with self.assertRaisesRegex(TypeError, "take its table"):
+        with self.assertRaisesRegex(TypeError, "use its table"):
             pickle.dumps(drive(1).epochs_of())
 
     def test_simulations(self):
@@ -196,7 +196,7 @@ class Pickles(unittest.TestCase):
 
 class Import(unittest.TestCase):
     def test_the_pages_way(self):
-        """The block of docs/python.md, word for word; apt and cmake are stubs, the build folder is this one."""
+        """The block of docs/python.md, unchanged; apt and cmake are stubs, the build folder is this one."""
         source = pathlib.Path.cwd()
         block = re.search(r"## Install\n\n(?:<!--[^\n]*\n\n?)?```sh\n(.*?)```", (source / "docs/python.md").read_text(), re.S)[1]
         package = pathlib.Path(canyon.__file__).parent
@@ -206,7 +206,7 @@ class Import(unittest.TestCase):
                 (folder / part).symlink_to(source / part)
             for stub, text in {
                 "apt": "", "dpkg-query": "echo install ok installed",
-                # What it is asked to build is there from then on.
+                # The requested target exists from then on.
                 "cmake": f'[ "$1" != --build ] || for t in "$@"; do [ "$t" != canyon_python ] || ln -s {package.parent} "$2"/python; done',
             }.items():
                 (folder / "bin").mkdir(exist_ok=True)

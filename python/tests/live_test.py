@@ -22,7 +22,7 @@ class Live(unittest.TestCase):
     def test_same_steps_same_numbers(self):
         receiver = canyon.LiveReceiver(self.city, START)
         first = [receiver.observe(t, (0, 30, 2)).error_enu_m for t in range(5)]
-        again = [receiver.observe(t, (0, 30, 2)).error_enu_m for t in range(5)]  # time went back: anew
+        again = [receiver.observe(t, (0, 30, 2)).error_enu_m for t in range(5)]  # time went back: restart
         np.testing.assert_array_equal(first, again)
 
     def test_faults(self):
@@ -43,7 +43,7 @@ class Live(unittest.TestCase):
         encoder = receiver.encoder("nmea")
         sentences = encoder.begin() + encoder.encode(receiver.observe(2, (0, 0, 100)))
         self.assertTrue(sentences.startswith(b"$G"))
-        # MON-HW is of the M8, MON-RF of the F9.
+        # The M8 has MON-HW, the F9 MON-RF.
         epoch = receiver.observe(3, (0, 0, 100))
         for generation, message in {"m8": b"\xb5b\n\x09", "f9": b"\xb5b\n8"}.items():
             self.assertIn(message, receiver.encoder("ubx", 1.0, generation).encode(epoch))
@@ -73,7 +73,7 @@ class Maps(unittest.TestCase):
         rows = canyon.trace(city, places, canyon.Sky(START), START)
         clear = (rows["visibility"] <= 1) & rows["above_horizon"] & (rows["elevation_rad"] >= np.radians(10))
         same = clear.sum(1) == chart["satellites_los"][0, 0][free]
-        self.assertGreater(same.mean(), 0.995)  # rays that graze an edge may go either way
+        self.assertGreater(same.mean(), 0.995)  # rays that graze an edge may be in either state
 
     def test_files_and_xarray(self):
         chart = canyon.heatmap(self.scenario, spacing_m=10, altitudes_m=[2, 30], times=[START, "2026-03-01T11:00:00Z"])

@@ -1,4 +1,4 @@
-"""Models of Python's own, in runs and live."""
+"""User models in Python, in runs and live."""
 
 import gc
 import unittest
@@ -14,7 +14,7 @@ PLACE = {
     "duration_s": 5,
     "trajectory": {"position": {"east_m": 0, "north_m": 0, "up_m": 1.5}},
 }
-# Plain least squares, without filter, RAIM and smoothing, as the paper's receiver has it.
+# Plain least squares, without filter, RAIM and smoothing, as in the paper's receiver.
 PLAIN = {**PLACE, "receivers": [{"name": "rover", "profile": "paper"}]}
 
 
@@ -45,7 +45,7 @@ class GaussNewton:
 
 class Models(unittest.TestCase):
     def test_an_own_least_squares_is_the_engines(self):
-        """The same equations have the same solution: within 1 mm for a place known by 5 m."""
+        """The same equations have the same solution: within 1 mm for a position known to 5 m."""
         own = canyon.simulate(PLAIN, models=canyon.Models(solver=GaussNewton()))
         engine = canyon.simulate(PLAIN)
         self.assertEqual(list(own.epochs["status"]), ["fix"] * 6)
@@ -75,14 +75,14 @@ class Models(unittest.TestCase):
         self.assertEqual(run.summary["fixes"], 0)
 
     def test_weights_move_the_fix(self):
-        """All alike is what `weighting: equal` does."""
+        """Equal weights are the same as `weighting: equal`."""
         engine = canyon.simulate({**PLAIN, "receivers": [{"name": "rover", "profile": "paper", "weights": {"weighting": "equal"}}]})
         alike = canyon.simulate(PLAIN, models=canyon.Models(weighting=lambda *_: 3.0))
         np.testing.assert_allclose(alike.epochs["error_up_m"], engine.epochs["error_up_m"], atol=1e-6)
 
     def test_disturbances_live_and_in_runs(self):
         class Later:
-            """All ways are 30 m longer: that is the clock's, and no position's."""
+            """All paths are 30 m longer: this changes the clock, not the position."""
 
             def __init__(self):
                 self.begun = []
@@ -107,7 +107,7 @@ class Models(unittest.TestCase):
         np.testing.assert_allclose(live["excess_path_m"], 30)
 
     def test_an_antenna(self):
-        """10 dB less everywhere is 10 dB-Hz less (true C/N0, where one path arrives)."""
+        """10 dB less everywhere is 10 dB-Hz less (true C/N0, if one path arrives)."""
         strong = {**PLACE, "receivers": [{"name": "rover", "profile": "survey", "signal": {"antenna": "isotropic"}}]}
         flat = canyon.simulate(strong, models=canyon.Models(antenna=lambda elevation, carrier: (0.0, -100.0)))
         deaf = canyon.simulate(strong, models=canyon.Models(antenna=lambda elevation, carrier: (-10.0, -110.0)))

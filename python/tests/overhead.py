@@ -1,6 +1,6 @@
 """The cost of Python over C++: paired runs of the same calls, one after the other. Not a test.
 
-Times are the processor's, of all threads: they bear a machine that is busy with other things.
+Times are processor times of all threads, robust to other load on the machine.
 
 usage: overhead.py BUILD_FOLDER [PAIRS]     (ninja canyon_python simulation_trace_places_bench)
 """
@@ -93,7 +93,7 @@ open_field = canyon.City(open=True, origin={"latitude_deg": 22.3, "longitude_deg
 for name, title, where in [("ObserveDowntown", "downtown", city), ("ObserveOpenField", "in an open field", open_field)]:
     cpp, python = [], []
     for _ in range(pairs):
-        # The least of several: a difference of microseconds drowns in what other programs do to caches.
+        # The minimum of several: cache effects of other programs would hide a difference of microseconds.
         cpp.append(in_cpp(name, 8, min))
         python.append(min(observe_many(where) for _ in range(8)))
     report(f"observe() and its error, {title}", cpp, python)

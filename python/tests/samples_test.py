@@ -1,4 +1,4 @@
-"""Samples in Python are those of `canyon iq`, in bounded memory."""
+"""Samples in Python equal those of `canyon iq`, in bounded memory."""
 
 import itertools
 import resource

@@ -1,4 +1,4 @@
-"""Runs of scenarios: what Python gets is what the command line writes; bad input is one clear error each."""
+"""Runs of scenarios: Python's results equal the command line's; invalid input raises one clear error each."""
 
 import csv
 import os
@@ -44,7 +44,7 @@ class Inputs(unittest.TestCase):
                 with self.assertRaisesRegex(canyon.InputError, "is an input of this run and would be replaced"):
                     write()
                 self.assertEqual(way.read_bytes(), whole)
-            # The run before did not read it.
+            # The previous run did not read it.
             first.write(way)
             city = pathlib.Path(folder, "a.canyon")
             canyon.City.of_scenario(dict(scenario, city={"synthetic": {"seed": 2}})).save(city)
@@ -130,10 +130,10 @@ class Run(unittest.TestCase):
             self.assertIn("epochs.csv", os.listdir(folder))
 
     def test_files_are_the_command_lines(self):
-        """The sinks of `canyon simulate` and the kept epochs give the same bytes in every format."""
+        """The sinks of `canyon simulate` and the stored epochs give the same bytes in every format."""
         with tempfile.TemporaryDirectory() as folder:
             formats = canyon.formats()
-            del formats["highres_imu"]  # kept epochs have no samples of sensors
+            del formats["highres_imu"]  # stored epochs have no sensor samples
             outputs = {name: True for name in formats}
             scenario = self.scenario.changed(outputs={**outputs, "pictures": False})
             run = canyon.simulate(scenario, out=folder, paths=True)
@@ -142,7 +142,7 @@ class Run(unittest.TestCase):
                 self.assertEqual(pathlib.Path(folder, "again").read_bytes(), pathlib.Path(folder, file).read_bytes(), name)
 
     def test_tables_are_the_csv_files(self):
-        """Every column of every CSV file, cell by cell, to the digits that the file has."""
+        """Every column of every CSV file, cell by cell, to the digits in the file."""
         run = canyon.simulate(self.scenario, paths=True)
         with tempfile.TemporaryDirectory() as folder:
             for name in ("epochs", "satellites", "signals", "paths"):
@@ -180,8 +180,8 @@ class Run(unittest.TestCase):
                 break
 
     def test_live_is_the_run(self):
-        """The same poses give the same numbers, by the same code (the receiver's draws are its own live)."""
-        # Draws depend on the name of a live receiver, and on the seed alone in a scenario.
+        """The same poses give the same numbers, by the same code (a live receiver has independent noise)."""
+        # Noise depends on the name of a live receiver, and only on the seed in a scenario.
         simulation = canyon.Simulation(self.scenario.changed(receivers=[{"name": "car", "own_draws": True}]))
         receiver = canyon.LiveReceiver(canyon.City.of_scenario(self.scenario), simulation.begin, name="car",
                                        sky={"nominal": True})
@@ -239,14 +239,14 @@ class BadInput(unittest.TestCase):
     def test_scenarios(self):
         load = lambda **changes: lambda: canyon.Scenario.load(DRIVE, **changes)
         self.wrong("unknown key 'systms' in 'sky'", "'systems'", load(sky={"systms": ["GPS"]}))
-        self.wrong("duration_s: NaN", "leave the key out", load(duration_s=float("nan")))
+        self.wrong("duration_s: NaN", "remove the key", load(duration_s=float("nan")))
         self.wrong("seed: 'x' is not a whole number", "digits", load(seed="x"))
         self.wrong("receivers[].elevation_mask_deg: 95", "90", load(receivers=[{"elevation_mask_deg": 95}]))
         self.wrong("is not a setting", "numbers", load(duration_s=object()))
-        self.wrong("the key 3 is not a text", "names", load(sky={3: 4}))
+        self.wrong("the key 3 is not a string", "names", load(sky={3: 4}))
         loop = {}
         loop["sky"] = loop
-        self.wrong("too deep", "dict in itself", lambda: canyon.Scenario(loop))
+        self.wrong("too deep", "contains itself", lambda: canyon.Scenario(loop))
         error = self.wrong("", "indentation", lambda: canyon.Scenario("city: {open: true}\nseed: [\n"))
         self.assertEqual(error.line, 3)
         error = self.wrong("no such file", "path", lambda: canyon.Scenario.load("nowhere.yaml"))
@@ -257,7 +257,7 @@ class BadInput(unittest.TestCase):
         run = canyon.simulate(canyon.Scenario.load(DRIVE, duration_s=1))
         self.wrong("no table 'satelites'", "satellites", lambda: run.table("satelites"))
         self.wrong("no receiver 'bus'", "car", lambda: run.table("epochs", "bus"))
-        self.wrong("has no format's ending", "nmea", lambda: run.write("somewhere.xyz"))
+        self.wrong("has no known format extension", "nmea", lambda: run.write("somewhere.xyz"))
         self.wrong("nmae", "nmea", lambda: run.write("somewhere.xyz", "nmae"))
 
 

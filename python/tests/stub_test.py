@@ -59,7 +59,7 @@ class Stub(unittest.TestCase):
                 if isinstance(each, ast.FunctionDef):
                     inner.setdefault(each.name, each)
             known = members(thing)
-            if "__init__" not in inner:  # the module's classes without one cannot be made
+            if "__init__" not in inner:  # the module's classes without one cannot be constructed
                 known.pop("__init__", None)
             self.assertEqual(sorted(inner), sorted(known), name)
             for member, value in known.items():

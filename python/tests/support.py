@@ -1,4 +1,4 @@
-"""Functions that several tests use."""
+"""Functions used by several tests."""
 
 CITY = {
     "synthetic": {"blocks_east": 4, "blocks_north": 4, "seed": 7},

@@ -32,7 +32,7 @@ class City(unittest.TestCase):
         self.assertEqual(self.city.object_of(last.first_triangle), last)
 
     def test_a_ray_down_meets_the_terrain(self):
-        """Synthetic ground lies at the height 0: docs/city.md."""
+        """Synthetic ground is at height 0: docs/city.md."""
         hit = self.city.cast([[0, 0, 50]], [0, 0, -3])
         np.testing.assert_allclose(hit["range_m"], [50], atol=1e-3)
         np.testing.assert_allclose(hit["normal"], [[0, 0, 1]], atol=1e-9)
@@ -58,7 +58,7 @@ class Trace(unittest.TestCase):
         cls.sky = canyon.Sky(NOON, systems=["GPS", "Galileo"])
 
     def test_paths_have_the_values_of_the_table_of_paths(self):
-        """The columns of docs/outputs.md, of a receiver without a model of its own."""
+        """The columns of docs/outputs.md, of a receiver without its own model."""
         scenario = canyon.Scenario(city=CITY, start=NOON, duration_s=0, sky={"systems": ["GPS"]}, receivers=[{"profile": "ideal"}],
                                    trajectory={"position": {"east_m": 10, "north_m": 2, "up_m": 2}})
         city = canyon.City.of_scenario(scenario)
@@ -80,7 +80,7 @@ class Trace(unittest.TestCase):
         np.testing.assert_allclose(table["incidence_deg"][reflected], np.degrees(rows["incidence_rad"][reflected]), atol=1e-6)
 
     def test_a_wall_reflects_twice_the_distance(self):
-        """A wall d behind an antenna, seen at elevation e square to it: excess 2 d cos(e) (image method)."""
+        """A wall d behind an antenna, seen at elevation e perpendicular to it: excess 2 d cos(e) (image method)."""
         hit = self.city.cast([0, 0, 2], [1, 0.3, 0.01])
         self.assertTrue(np.isfinite(hit["range_m"][0]))
         walls = {**CITY["synthetic"], "min_height_m": 60, "max_height_m": 60}
@@ -94,7 +94,7 @@ class Trace(unittest.TestCase):
         self.assertIn(True, np.isclose(reflected["excess_m"], 2 * wall * np.cos(e), atol=1e-3))
 
     def same(self, a, b):
-        for name in a.dtype.names:  # field by field: NaN is equal to NaN there
+        for name in a.dtype.names:  # field by field: NaN equals NaN there
             np.testing.assert_array_equal(a[name], b[name])
 
     def test_directions_and_sky_agree(self):

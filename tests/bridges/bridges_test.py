@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""The bridges of examples/bridges between stand-ins of their simulators and a real `canyon live`.
+"""The bridges of examples/bridges between mocks of their simulators and a real `canyon live`.
 
 usage: tests/bridges/bridges_test.py CANYON [unittest's options]
 
 Every stand-in drives the same way over a made-up town: east, north, up (stand_ins/course.py). The receiver is ideal and
-has a lever arm, so that fixes tell the attitude, too. Fixes have to lie on that way in the simulator's own frame, and to
+has a lever arm, so that fixes depend on the attitude too. Fixes must be on that path in the simulator's own frame, and must
 reach every corner of it. All sockets are on 127.0.0.1, and every process is ended by its id.
 """
 import json
@@ -31,7 +31,7 @@ import canyon_bridge  # noqa: E402
 import course  # noqa: E402
 
 LONGEST_S = 120
-NEAR_M = 0.05  # of a fix from the way: the receiver is ideal; HIL_GPS states steps of 1 cm
+NEAR_M = 0.05  # of a fix from the path: the receiver is ideal; HIL_GPS has steps of 1 cm
 ORIGIN = course.ORIGIN
 LEVER = (4.0, 3.0, 2.0)  # forward, left, up
 
@@ -41,12 +41,12 @@ SCENARIO = TOWN.replace("ublox-m10", "ideal, lever_arm: {forward_m: %g, left_m: 
 
 
 def antenna(place):
-    """The antenna's place for a place of the vehicle, in ENU, with the attitude of the course."""
+    """The antenna's position for a position of the vehicle, in ENU, with the attitude of the course."""
     return [p + sum(length * axis[i] for length, axis in zip(LEVER, course.axes())) for i, p in enumerate(place)]
 
 
 def enu_of(latitude, longitude, height):
-    """Right to a millimetre within 100 m of the origin."""
+    """Accurate to a millimetre within 100 m of the origin."""
     north_m, east_m = course.radii()
     return [math.radians(longitude - ORIGIN[1]) * east_m, math.radians(latitude - ORIGIN[0]) * north_m, height - ORIGIN[2]]
 
@@ -110,7 +110,7 @@ class BridgesTest(unittest.TestCase):
         return out, error
 
     def output_until(self, process, sign, enough):
-        """Standard output until `enough` of its lines; then the process is sent a signal and has to end quietly."""
+        """Standard output until `enough` of its lines; then sends the process a signal; it must end quietly."""
         lines = []
         watch = threading.Timer(LONGEST_S, process.kill)
         watch.start()
@@ -125,7 +125,7 @@ class BridgesTest(unittest.TestCase):
         return "".join(lines) + rest
 
     def check_way(self, antennas):
-        """Checks the way of antennas in ENU, in the order of time."""
+        """Checks the path of antennas in ENU, in order of time."""
         corners = [antenna(corner) for corner in course.CORNERS]
         self.assertGreater(len(antennas), 60)
         for each in antennas:
@@ -139,7 +139,7 @@ class BridgesTest(unittest.TestCase):
         self.assertEqual(reached, sorted(reached))
 
     def check_fixes(self, text, enu_from):
-        """Checks the fixes that a bridge printed. `enu_from` is of the simulator's frame, as this test knows it."""
+        """Checks the fixes that a bridge printed. `enu_from` converts from the simulator's frame, as known to this test."""
         fixes = [json.loads(line) for line in text.splitlines()]
         solved = [fix for fix in fixes if fix["kind"] != "none"]
         self.assertGreaterEqual(len(solved), len(fixes) - 5, "fixes are missing")
@@ -160,7 +160,7 @@ class BridgesTest(unittest.TestCase):
     # Each bridge.
 
     def test_plain_loop(self):
-        # Its own way: 30 m east, 20 m north, 10 m up. The receiver has no lever arm here.
+        # Its own path: 30 m east, 20 m north, 10 m up. The receiver has no lever arm here.
         self.start_canyon(TOWN.replace("ublox-m10", "ideal"))
         out, _ = self.output(self.bridge("plain_loop.py", "--seconds", "14", "--speed", "6", "--at=20,-10,60",
                                          "--axes", "NED"))
@@ -172,7 +172,7 @@ class BridgesTest(unittest.TestCase):
 
     def test_carla(self):
         self.start_canyon()
-        # The vehicle goes from the world at the end.
+        # The vehicle is removed from the world at the end.
         out, error = self.output(self.bridge("carla_bridge.py", "--role", "hero", "--draw"), 1)
         self.assertIn("gone", error)
         solved = self.check_fixes(out, lambda x, y, z: (x, -y, z))
@@ -197,7 +197,7 @@ class BridgesTest(unittest.TestCase):
         end = antenna(course.CORNERS[-1])
         process = self.bridge("airsim_bridge.py", "--car", "--vehicle", "Car1", "--rate", "200", "--at=-3,5,2")
         out = self.output_until(process, signal.SIGINT, lambda line: abs(json.loads(line)["position_m"][2] + end[2]) < 0.01)
-        # The simulator's frame is where it was; the city is beside it.
+        # The simulator's frame is unchanged; the city is shifted.
         positions = [json.loads(line) for line in out.splitlines()]
         self.check_way([(y, x, -z) for x, y, z in (fix["position_m"] for fix in positions)])
         self.assertLess(math.dist(enu_of(*positions[-1]["place"]), [e + a for e, a in zip(end, (-3, 5, 2))]), NEAR_M)
@@ -248,7 +248,7 @@ class BridgesTest(unittest.TestCase):
         self.assertAlmostEqual(math.degrees(fixes[-1]["latitude_gt"] / 1e7), ORIGIN[0], delta=1e-3)
 
     def test_places_of_a_loop_of_ones_own(self):
-        # Poses in degrees: a simulator that knows latitude and longitude alone.
+        # Poses in degrees: a simulator with only latitude and longitude.
         self.start_canyon()
         bridge, fixes = canyon_bridge.Bridge(("127.0.0.1", self.port)), []
         for end in (bridge._udp, bridge._tcp):
@@ -359,7 +359,7 @@ class BridgesTest(unittest.TestCase):
     def test_wrong_origin_is_said(self):
         self.start_canyon()
         error = self.output(self.bridge("plain_loop.py", "--seconds", "2", "--speed", "2", "--origin", "22.3,114.27,0"))[1]
-        self.assertRegex(error, r"^warning: canyon live has the vehicle 10\d\d\d m from its pose: make --origin [^\n]+\n$")
+        self.assertRegex(error, r"^warning: canyon live has the vehicle 10\d\d\d m from its pose: set --origin to [^\n]+\n$")
 
     def test_fixes_go_to_an_address(self):
         self.start_canyon()
@@ -371,7 +371,7 @@ class BridgesTest(unittest.TestCase):
             self.assertEqual(inbox.recv(65536).decode(), out.splitlines(True)[0])
 
     def test_bad_options(self):
-        for option, message in (("--at=1,2", "three numbers"), ("--axes=EEN", "is no frame"), ("--axes=XYZ", "is no frame"),
+        for option, message in (("--at=1,2", "three numbers"), ("--axes=EEN", "is not a frame"), ("--axes=XYZ", "is not a frame"),
                                 ("--rate=0", "above 0"), ("--canyon=9001", "HOST:PORT")):
             error = self.output(self.start([sys.executable, str(BRIDGES / "plain_loop.py"), option]), 2)[1]
             self.assertRegex(error, re.escape(message))

@@ -368,7 +368,7 @@ stream)
   runs 0 "$canyon" simulate small.yaml --out res2 --stream nmea=pty:; says err "nmea=pty:: the pseudo-terminal is /dev/pts/"
   runs 2 "$canyon" simulate small.yaml --out res --stream nmea; one_line; says err "FORMAT=ADDRESS"
   runs 2 "$canyon" simulate small.yaml --out res --stream nmae=pty:; one_line; says err "did you mean 'nmea'"
-  runs 2 "$canyon" simulate small.yaml --out res --stream kml=pty:; one_line; says err "whole only at the end of a run"
+  runs 2 "$canyon" simulate small.yaml --out res --stream kml=pty:; one_line; says err "complete only at the end of a run"
   sed '$a receivers: [{name: left}, {name: right}]' small.yaml >two.yaml
   runs 2 "$canyon" simulate two.yaml --out res --stream nmea=pty:; one_line; says err "does not name its receiver" "left, right"
   runs 0 "$canyon" simulate two.yaml --out res --stream right/epochs_csv=file:right.csv
@@ -1867,7 +1867,7 @@ view)
   cp -r v cut; truncate -s -1 cut/track-0.bin.gz; runs 2 "$canyon" view cut; one_line; says err "cut/track-0.bin.gz: is cut off"
   runs 2 "$canyon" view cut --export x.html; one_line; [ ! -e x.html ] || fail "a page of a damaged view"
   rm cut/track-0.bin.gz; runs 2 "$canyon" view cut; one_line; says err "cut/track-0.bin.gz: is missing"
-  truncate -s 500 cut/view.json; runs 2 "$canyon" view cut; one_line; says err "view.json: is not a view of Canyon's, or a damaged one"
+  truncate -s 500 cut/view.json; runs 2 "$canyon" view cut; one_line; says err "view.json: is not a Canyon view, or is damaged"
   mkdir empty; runs 2 "$canyon" view empty; one_line; says err "empty: is a folder without a view"
   rm -r res/view; runs 2 "$canyon" view res; one_line; says err "res: is a folder without a view" --view
   runs 2 "$canyon" view small.yaml --live tcp://127.0.0.1:1 --out x; one_line; says err "--live serves a view"
@@ -1885,7 +1885,7 @@ view)
   runs 2 "$canyon" view v --city other.yaml; one_line; says err "v: is of a run with other walls than the scenario's"
   runs 2 "$canyon" view v --city block.osm; one_line; says err "--city without a heat map or a finished run"
   runs 2 "$canyon" view nothing.yaml --export x.html; one_line
-  echo hello >page.html; runs 2 "$canyon" view v --export x.html; one_line; says err "is not a page of Canyon's viewer"
+  echo hello >page.html; runs 2 "$canyon" view v --export x.html; one_line; says err "is not Canyon's viewer page"
   export CANYON_VIEWER=none.html; runs 2 "$canyon" view v --export x.html; one_line; [ ! -e x.html ] || fail "half a page" ;;
 *) echo "no case '$case'"; exit 2 ;;
 esac

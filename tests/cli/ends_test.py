@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Ends runs by SIGHUP and SIGKILL at random moments: inputs stay, outputs are whole or absent, and after the
-next run nothing is left but what killed live runs wrote of their logs. usage: ends_test.py CANYON_PROGRAM"""
+"""Ends runs by SIGHUP and SIGKILL at random moments: inputs are kept, outputs are complete or absent, and after the
+next run nothing is left except logs of killed live runs. usage: ends_test.py CANYON_PROGRAM"""
 import concurrent.futures
 import os
 import pathlib
@@ -40,7 +40,7 @@ def way(seconds):
 
 
 def files(folder):
-    """Bytes by name, without what a run keeps for the one that goes on from it."""
+    """Bytes by name, without the files that a run keeps for its continuation."""
     found = {}
     for path in sorted(folder.rglob("*")):
         name = str(path.relative_to(folder))
@@ -50,7 +50,7 @@ def files(folder):
 
 
 def check(name, bytes_, whole, cut):
-    """A file of an ended run is that of a whole one, or of its first epochs."""
+    """A file of an ended run equals that of a complete run, or of its first epochs."""
     if name not in whole:
         raise AssertionError(f"{name} is no file of a whole run")
     if not cut and bytes_ != whole[name]:

@@ -1,4 +1,4 @@
-// A plugin has a city in memory and one antenna, and no files. Links canyon::canyon alone.
+// A plugin has a city in memory and one antenna, and no files. Links only canyon::canyon.
 #include <canyon/canyon.hpp>
 #include <cstdio>
 

@@ -18,7 +18,7 @@ int main() {
     antenna.position_m = {4 * seconds, 0, 1.5};
     antenna.linear_velocity = {4, 0, 0};
     const simulation::LiveReceiver::Step now = receiver.observe(seconds, antenna);
-    // now.epoch.observed.fix: what the receiver believes; now.arrival: the paths behind it.
+    // now.epoch.observed.fix: the receiver's fix; now.arrival: its signal paths.
     file << track->encode(now.epoch);
     figures.write(now.epoch);
   }

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs Canyon into an empty prefix and builds and runs a project of its own against it.
+# Installs Canyon into an empty prefix and builds and runs a separate project with it.
 # usage: tests/consumer/run.sh BUILD_FOLDER WORK_FOLDER GENERATOR
 set -euo pipefail
 source=$(cd "$(dirname "$0")" && pwd)
@@ -10,14 +10,14 @@ cmake --install "$build" --prefix "$work/prefix" >"$work/log"
 cmake -S "$source" -B "$work/build" -G "$generator" -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$work/prefix" >>"$work/log" ||
   { tail -n 30 "$work/log"; exit 1; }
 cmake --build "$work/build" >>"$work/log" || { tail -n 40 "$work/log"; exit 1; }
-# docs/library.md shows first.cpp, then loop.cpp, to the letter.
+# docs/library.md shows first.cpp, then loop.cpp, unchanged.
 sed -n '/^```cpp/,/^```$/p' "$source/../../docs/library.md" | sed '/^```/d' | diff <(cat "$source/first.cpp" "$source/loop.cpp") - ||
   { echo "docs/library.md shows other programs than tests/consumer/first.cpp and loop.cpp"; exit 1; }
 "$work/build/first" "$source/../../examples/synthetic_drive.yaml" >"$work/table"
 grep -q 'horizontal error, 95 %' "$work/table" || { echo "the first program prints no figures:"; cat "$work/table"; exit 1; }
 (cd "$work" && "$work/build/loop" >"$work/loop" && test -s loop.kml) || { echo "the loop writes no track"; exit 1; }
 grep -q 'horizontal error, 95 %' "$work/loop" || { echo "the loop prints no figures:"; cat "$work/loop"; exit 1; }
-# Internal headers stay at home.
+# Internal headers are not installed.
 [ ! -e "$work/prefix/include/canyon/raytrace/embree.hpp" ] || { echo "internal headers are installed"; exit 1; }
 "$work/build/engine_consumer"
 printf 'v 0 0 0\nv 10 0 0\nv 10 0 10\nv 0 0 10\nf 1 2 3 4\n' >"$work/wall.obj"

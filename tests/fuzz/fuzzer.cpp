@@ -1,5 +1,5 @@
-// libFuzzer's entry for all targets: CANYON_FUZZ_TARGET names the one. Into CANYON_FUZZ_SEEDS, where set, its
-// seeds are written first.
+// libFuzzer's entry for all targets: CANYON_FUZZ_TARGET selects one. If CANYON_FUZZ_SEEDS is set, the
+// target's seeds are written there first.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>

@@ -1,4 +1,4 @@
-// The fuzz targets as ordinary tests: seeds are read, and what was found once is never found again.
+// The fuzz targets as ordinary tests: reads seeds and replays former findings.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ TEST_P(Fuzz, SeedsAreRead) {
 TEST_P(Fuzz, FindingsArePast) {
   const std::filesystem::path folder =
       std::filesystem::path(canyon_source_dir) / "tests/fuzz/findings" / GetParam().name;
-  if (!std::filesystem::exists(folder)) return;  // nothing was ever found
+  if (!std::filesystem::exists(folder)) return;  // no findings so far
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     SCOPED_TRACE(entry.path().string());
     EXPECT_NO_THROW(read_bytes(GetParam(), test::read_bytes(entry.path())));
@@ -37,7 +37,7 @@ TEST_P(Fuzz, FindingsArePast) {
 INSTANTIATE_TEST_SUITE_P(All, Fuzz, testing::ValuesIn(targets()),
                          [](const auto& each) { return each.param.name; });
 
-// A folder of another name is read by nobody.
+// Folders with other names would not be read.
 TEST(FuzzFindings, EveryFolderHasItsTarget) {
   for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(canyon_source_dir) /
                                                                "tests/fuzz/findings")) {

@@ -69,7 +69,7 @@ const fs::path& folder() {
   return instance.path();
 }
 
-/// The bytes that `write` leaves in a file of that name.
+/// The bytes written by `write` to a file of that name.
 template <typename Write>
 std::string written(const std::string& name, const Write& write) {
   const fs::path path = folder() / name;
@@ -91,7 +91,7 @@ std::string observations2() {
   return test::observations2() + " 19  4 28 12 44 34.0000000  0  2G 5R 6\n" + satellite + satellite;
 }
 
-/// Observations in Hatanaka's compression: differences of the first to the third order.
+/// Observations in Hatanaka's compression: differences of first to third order.
 std::string compact_observations() {
   return test::header_line("3.0                 COMPACT RINEX FORMAT", "CRINEX VERS   / TYPE") +
          test::header_line("", "CRINEX PROG / DATE") + test::observations3() +
@@ -218,7 +218,7 @@ std::function<void(const fs::path&)> trajectory(const char* format) {
   };
 }
 
-/// Read back what was read: it must be a file of its own format, or one that cannot be written.
+/// Reads the result back: it must be a file of its own format, or one that cannot be written.
 void read_navigation(const fs::path& path) {
   const gnss::NavigationData data = rinex::read_rinex_navigation(path);
   (void)rinex::read_rinex_navigation(
@@ -231,7 +231,7 @@ void read_sp3(const fs::path& path) {
   for (const gnss::SatelliteId id : sky.satellites()) (void)sky.state(id, begin + (end - begin) / 2);
 }
 
-/// Whatever packed it: to the end, or up to the sizes that are refused.
+/// For each compression: to the end, or up to the rejected sizes.
 void read_packed(const fs::path& path) {
   GzipFile file(path);
   std::string block(std::size_t{1} << 16, '\0');
@@ -258,7 +258,7 @@ std::vector<std::string> archives() {
   return seeds;
 }
 
-/// A frame of each message, whole and mixed with what is none.
+/// A frame of each message, complete and mixed with other bytes.
 std::string mavlink_stream() {
   std::string stream;
   std::uint8_t sequence = 0;
@@ -270,7 +270,7 @@ std::string mavlink_stream() {
   return stream + mavlink::encode(mavlink::LocalPositionNed{}, sequence, {}, mavlink::Version::V1);
 }
 
-/// However bytes are cut, the same frames come out, and what was read can be written.
+/// For any cut of the bytes the same frames are found, and decoded messages can be written.
 void read_mavlink(const fs::path& path) {
   const std::string bytes = test::read_bytes(path);
   std::string whole, cut;
@@ -305,7 +305,7 @@ std::string subtree() {
          json + std::string(16, '\x5B');
 }
 
-/// Tilesets whose files are in them as data: URIs; one refers to itself.
+/// Tilesets with embedded files as data: URIs; one refers to itself.
 std::vector<std::string> tilesets() {
   const std::string box = R"("boundingVolume":{"box":[0,0,0,50,0,0,0,50,0,0,0,50]},"geometricError":)";
   const std::string content = R"("content":{"uri":"data:;base64,)" +
@@ -336,7 +336,7 @@ std::vector<std::string> tile_seeds() {
   return {gltf, batched, instanced, composite};
 }
 
-/// A mesh of the format that its bytes look like.
+/// A mesh in the format suggested by its bytes.
 void read_meshes(const fs::path& path) {
   const std::string text = test::read_bytes(path);
   const auto begins = [&text](std::string_view with) { return text.rfind(with, 0) == 0; };
@@ -363,7 +363,7 @@ void receive_ubx(const fs::path& path) {
       const std::size_t size = 1 + static_cast<unsigned char>(bytes[at]) % 64;
       if (device->receive(piece % 5 == 0 ? 1 : 0, std::string_view(bytes).substr(at, size)).size() >
           (96 << 10)) {
-        std::abort();  // answers are bounded
+        std::abort();  // responses are bounded
       }
       at += size;
     }
@@ -374,7 +374,7 @@ void receive_ubx(const fs::path& path) {
   }
 }
 
-/// Feeds a source of poses with packets that are cut as the bytes say.
+/// Feeds a source of poses with packets cut according to the bytes.
 template <simulation::PoseFormat kFormat>
 void receive_poses(const fs::path& path) {
   const std::string bytes = test::read_bytes(path);
@@ -417,7 +417,7 @@ std::string binary_pose() {
   std::memcpy(b.data() + b.size() - 4, &crc, 4);
   return b + b;
 }
-/// Commands to receivers that go on from one input to the next.
+/// Commands to receivers that persist from one input to the next.
 void take_commands(const fs::path& path) {
   struct Deaf final : transport::Transport {
     void send(std::string_view) override {}
@@ -441,7 +441,7 @@ void take_commands(const fs::path& path) {
     if (commands->answer(line).back() != '\n') std::abort();
   }
 }
-/// Questions of the viewer's page, one to a line.
+/// Requests of the viewer's page, one per line.
 void take_questions(const fs::path& path) {
   static const auto scenario = simulation::parse_scenario(
       "city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}\n"

@@ -8,16 +8,16 @@
 
 namespace canyon::fuzz {
 
-/// One parser of files from outside. Whatever the bytes, it ends with a value or one InputError.
+/// One parser of external files. For any bytes it ends with a value or one InputError.
 struct Target {
-  std::string name;  ///< as ./run fuzz and the folders of findings/ have it
+  std::string name;  ///< as used in ./run fuzz and as folders of findings/
   std::string file_name;
   std::function<void(const std::filesystem::path&)> read;
   std::vector<std::string> seeds;  ///< small files that it reads without an error
 };
 [[nodiscard]] const std::vector<Target>& targets();
 
-/// Has the target read these bytes from a file. InputError passes.
+/// Makes the target read these bytes from a file. InputError is allowed.
 void read_bytes(const Target& target, std::string_view bytes);
 
 }  // namespace canyon::fuzz

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Writes what the Gazebo tests and the example compare with: worlds, and what canyon says of the same drives. The
+# Writes reference data of the Gazebo tests and the example: worlds, and canyon's results for the same drives. The
 # tests find the folder in CANYON_GAZEBO_DATA.
 # usage: tests/gazebo/prepare.sh CANYON_PROGRAM FOLDER
 #
-#   NAME/NAME.world        synthetic; hongkong where ../shared/data is there. Meshes lie beside it
+#   NAME/NAME.world        synthetic; hongkong if ../shared/data exists. Meshes are next to it
 #   NAME/truth.csv         the drive: GPS week, tow [s], latitude, longitude [deg], height [m] (format urbannav)
 #   NAME/reference.yaml    scenario of that drive through that world, specular model, noise off
-#   NAME/epochs.csv, NAME/satellites.csv        what canyon simulate makes of it
+#   NAME/epochs.csv, NAME/satellites.csv        results of canyon simulate
 #   two_walls/two_walls.world, two_walls/poses.csv     name, east, north, up [m]
 #   two_walls/MODEL/POSE/trace.json, epochs.csv, satellites.csv     of both models, the paper's frozen sky, noise off
 set -euo pipefail
@@ -21,14 +21,14 @@ rm -rf "$new" && mkdir "$new"
 
 quiet='{pictures: false, nmea: false, kml: false, geojson: false, rinex_observation: false, rinex_navigation: false}'
 
-# drive NAME CITY SKY TRAJECTORY: values of the scenario's keys; START and RATE as further keys on $5.
+# drive NAME CITY SKY TRAJECTORY: values of the scenario's keys; START and RATE as further keys in $5.
 drive() {
   local name=$1 city=$2 sky=$3 trajectory=$4 more=${5:-}
   local folder=$new/$name
   mkdir "$folder"
   printf '%s\n' "city: $city" "sky: $sky" "trajectory: $trajectory" "outputs: $quiet" $'\n'"$more" >"$folder/drive.yaml"
   "$canyon" city build "$folder/drive.yaml" --name "$name" -o "$folder/$name.world" --quiet
-  # The truth as the scenario has it: at the wanted height above the terrain, clear of rounding.
+  # The truth as in the scenario: at the requested height above the terrain, without rounding.
   "$canyon" simulate "$folder/drive.yaml" --out "$folder/first" --quiet
   tail -n +2 "$folder/first/epochs.csv" | cut -d, -f1-5 >"$folder/truth.csv"
   printf '%s\n' "city: {file: $name.world}" "sky: $sky" 'trajectory: {file: truth.csv, format: urbannav}' 'rate_hz: 1' \

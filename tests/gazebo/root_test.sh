@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The promises of adapters/gazebo_classic/root.sh, on a machine that has a root.
+# Tests adapters/gazebo_classic/root.sh, on a machine with a root.
 # usage: tests/gazebo/root_test.sh
 set -u
 root_sh=$(cd "$(dirname "$0")/../../adapters/gazebo_classic" && pwd -P)/root.sh
@@ -36,7 +36,7 @@ expect 0 "the environment is Gazebo's" "$root_sh" enter env
 says out "CANYON_GAZEBO_DATA=$work/data"
 ! grep -q "^CANYON_GAZEBO_BUILD=" "$work/out" || fail "the caller's environment leaks in"
 
-# Processes that a command leaves running end with it: a lock on a file is free again at once.
+# Background processes of a command end with it: a lock on a file is free again at once.
 expect 0 "a command may leave others running" "$root_sh" enter \
   sh -c 'flock "$1" sh -c "echo held; exec sleep 600" >"$1.said" & until grep -q held "$1.said" 2>/dev/null; do :; done' sh "$work/lock"
 expect 0 "they end with it" flock --timeout 10 "$work/lock" true

@@ -1,6 +1,6 @@
-// Autopilots fly with Canyon as their only GPS: ArduPilot's SITL where CANYON_ARDUCOPTER names its program
-// (.../build/sitl/bin/arducopter), PX4's where CANYON_PX4 names its build folder
-// (.../build/px4_sitl_default). docs/autopilots.md. Skipped, saying so, elsewhere.
+// Autopilots fly with Canyon as their only GPS: ArduPilot's SITL if CANYON_ARDUCOPTER names its program
+// (.../build/sitl/bin/arducopter), PX4's if CANYON_PX4 names its build folder (.../build/px4_sitl_default).
+// docs/autopilots.md. Else skipped with a message.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -79,7 +79,7 @@ class Live {
   std::thread thread_;
 };
 
-/// Does `each` ten times a second until it says true. Whether it did in time.
+/// Calls `each` ten times per second until it returns true. Returns whether it did in time.
 bool within(seconds limit, const std::function<bool()>& each) {
   const auto end = std::chrono::steady_clock::now() + limit;
   while (std::chrono::steady_clock::now() < end) {
@@ -152,7 +152,7 @@ void fly_arducopter(const std::string& parameters, const std::string& stream, co
   EXPECT_GE(station.gps().satellites, 10);
   EXPECT_NEAR(station.gps().latitude_deg, 22.296875, 1e-4);
   EXPECT_NEAR(station.gps().longitude_deg, 114.171875, 1e-4);
-  // It arms as soon as its estimator takes the GPS.
+  // It arms when its estimator accepts the GPS.
   EXPECT_TRUE(within(seconds(120),
                      [&] {
                        (void)station.gps();
@@ -183,9 +183,9 @@ TEST(Autopilots, Px4FliesWithItsUbloxDriver) {
   CANYON_NEEDS_PROGRAM("setpriv");
   if (!test::own_network()) GTEST_SKIP() << "SKIPPED: no network of its own here";
   const test::TemporaryFolder folder;
-  // PX4 takes no more than 19 characters.
+  // PX4 accepts at most 19 characters.
   const std::string terminal = "/tmp/gps" + std::to_string(getpid());
-  // Sockets and locks of PX4 are files of the machine, one set for each instance.
+  // PX4's sockets and locks are machine-wide files, one set for each instance.
   const int instance = 100 + static_cast<int>(getpid() % 100);
   Live live("  poses: [{from: 'udp-listen://127.0.0.1:" + std::to_string(19410 + instance) +
             "', format: mavlink}]\n  streams: [{format: ubx, to: 'pty:" + terminal + "', latency_s: 0.1}]\n");
@@ -196,7 +196,7 @@ TEST(Autopilots, Px4FliesWithItsUbloxDriver) {
       << ". ${R}etc/init.d-posix/airframes/10040_sihsim_quadx\nparam set-default SENS_EN_GPSSIM 0\n";
   std::ofstream(etc + "/init.d-posix/airframes/22000_canyon_quadx.post")
       << "gps start -d " << terminal << " -p ubx\n";
-  // Its driver sets the machine's clock where it may.
+  // Its driver sets the machine's clock if permitted.
   test::Companion px4(
       {"setpriv", "--bounding-set", "-sys_time", "--inh-caps", "-sys_time", *build + "/bin/px4", "-i",
        std::to_string(instance), "-d", etc},
@@ -210,7 +210,7 @@ TEST(Autopilots, Px4FliesWithItsUbloxDriver) {
   EXPECT_TRUE(within(seconds(60), [&] {
     return ask("gps", "status").find("status: OK") != std::string::npos;
   })) << ask("gps", "status");
-  // Newer PX4 calls the topic sensor_gnss.
+  // In newer PX4 the topic is sensor_gnss.
   const auto heard = [&] { return ask("listener", "sensor_gps -n 1") + ask("listener", "sensor_gnss -n 1"); };
   EXPECT_TRUE(within(seconds(60), [&] { return heard().find("fix_type: 3") != std::string::npos; }))
       << heard();

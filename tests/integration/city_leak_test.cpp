@@ -1,4 +1,4 @@
-// No ray leaks out of the solids of a real map: from inside a building every direction meets a surface.
+// No ray leaks out of the solids of a real map: from inside a building every direction hits a surface.
 
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ TEST(CityLeak, NoRayLeavesABuildingOfTheMoscowExtract) {
   for (const city::Object& object : city.mesh.objects) {
     if (object.surface != city::Surface::Building) continue;
     ++buildings;
-    // A hand below the middle of each roof triangle that is large enough to stand clear of its edges.
+    // 0.1 m below the centre of each roof triangle that is large enough for a distance to its edges.
     for (std::uint32_t k = 0; k < object.triangle_count; ++k) {
       const auto& corners = city.mesh.triangles[object.first_triangle + k];
       const Eigen::Vector3d& a = city.mesh.vertices[corners[0]];

@@ -29,7 +29,7 @@ namespace {
 constexpr int kSatellites = 24;
 constexpr int kPlaces = 100;
 
-/// The arrivals at seeded places in a city.
+/// The arrivals at random points (by a seed) in a city.
 std::vector<propagation::Arrival> arrivals(const city::City& city,
                                            const std::vector<Eigen::Vector3d>& places) {
   std::mt19937_64 random(42);
@@ -52,7 +52,7 @@ std::vector<propagation::Arrival> arrivals(const city::City& city,
   return result;
 }
 
-/// Free places 2 m over the lowest ground.
+/// Free points 2 m above the lowest ground.
 std::vector<Eigen::Vector3d> places_in(const city::City& city) {
   const city::Box bounds = city.bounds();
   const raytrace::RayScene scene(city.mesh);
@@ -74,7 +74,7 @@ struct Format {
   std::string name;
   std::function<void(const std::filesystem::path&, const city::City&)> write;
   std::function<city::City(const std::filesystem::path&, const geodesy::Geodetic&)> read;
-  /// Corners come back within this; 0 exactly.
+  /// Tolerance of corners read back; 0: exact.
   double corner_m;
 };
 

@@ -32,7 +32,7 @@ std::string drive_yaml(const std::string& model, const std::string& systems, int
          "}\nnoise: {enabled: true}\nseed: 1\noutputs: {pictures: false}\n";
 }
 
-/// Mean elevation [deg] of the skyline around a place, over 72 azimuths in steps of one degree of elevation.
+/// Mean elevation [deg] of the skyline around a point, over 72 azimuths in steps of one degree of elevation.
 double skyline_deg(const simulation::Simulation& simulation, const Eigen::Vector3d& antenna) {
   double sum = 0;
   for (int azimuth = 0; azimuth < 360; azimuth += 5) {
@@ -52,8 +52,7 @@ double mean(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-/// Runs the drive and says where fixes are lost or bad: the skyline there, and at the better half of the
-/// fixes.
+/// Runs the drive and returns the skyline where fixes are lost or bad, and at the better half of the fixes.
 void expect_trouble_beside_tall_buildings(const std::string& model, const std::string& systems, int mask_deg,
                                           std::size_t least_lost) {
   CANYON_SHARED_DATA(mesh, "hongkong/buildings.dae");
@@ -124,7 +123,7 @@ TEST(Drive, SameSeedGivesTheSameBytesOnOneAndTwoThreads) {
   const test::TemporaryFolder two;
   const simulation::Simulation simulation = test::prepare(kSyntheticYaml, one.path());
   (void)test::run_and_write(simulation, one.path(), 1);
-  // Made anew: nothing that the first run left behind may matter.
+  // Made again: nothing left by the first run may have an effect.
   (void)test::run_and_write(test::prepare(kSyntheticYaml, two.path()), two.path(), 2);
   std::size_t files = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(one.path())) {

@@ -10,9 +10,9 @@
 #include "tests/support/option_values.hpp"
 #include "tests/support/simulation_support.hpp"
 
-// Every struct of options that has a list of fields. Scenarios walk those that they hold once more, by their
-// own readers (canyon/run/scenario/scenario_keys_test.cpp), and the key of a heat map's store those
-// that it depends on, its Request's among them (canyon/studies/heatmap/engine/engine_key_test.cpp).
+// Every struct of options that has a list of fields. Scenarios check theirs again, by their own readers
+// (canyon/run/scenario/scenario_keys_test.cpp), and the key of a heat map's store those that it depends on,
+// its Request's among them (canyon/studies/heatmap/engine/engine_key_test.cpp).
 
 namespace canyon {
 namespace {

@@ -1,13 +1,13 @@
-// Group delays checked by RTKLIB: rnx2rtkp solves emitted observation files in single-point mode, with group
-// delays of its own from the emitted navigation file. A difference from ours stands in the residual of a
-// satellite, or in the clock of its system where all of its satellites have it.
+// Group delays checked by RTKLIB: rnx2rtkp solves emitted observation files in single-point mode, with its
+// own group delays from the emitted navigation file. A difference from Canyon's is in the residual of a
+// satellite, or in the clock of its system if all of its satellites have it.
 //
 //   by a single frequency: L1CA of GPS and QZSS, E1 (I/NAV), B1I;
-//   by two, whose combination it corrects by its rules: L2C, E5b, B2I beside them.
+//   by two, whose combination it corrects by its rules: with L2C, E5b, B2I.
 //
-// It has no rule for L5, E5a, B3I, B1C, B2a and clocks of F/NAV in these modes, and takes GLONASS's clock for
-// that of the ionosphere-free pair (the ICD: of L1): canyon/sky/orbit/group_delays_test.cpp has those by
-// hand. rnx2rtkp_test.cpp shows that G1 and SBAS have none.
+// It has no rule for L5, E5a, B3I, B1C, B2a and clocks of F/NAV in these modes, and treats GLONASS's clock as
+// that of the ionosphere-free pair (the ICD: of L1): canyon/sky/orbit/group_delays_test.cpp tests those with
+// manual values. rnx2rtkp_test.cpp shows that G1 and SBAS have none.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -44,8 +44,8 @@ struct Mean {
   [[nodiscard]] double value() const { return sum / count; }
 };
 
-/// TGD, or BGDs, or TGD1 and TGD2 [s]: -11 to 11 ns (3.3 m) and -11.7 to 11.7 ns, no two satellites' near to
-/// each other's alike.
+/// TGD, or BGDs, or TGD1 and TGD2 [s]: -11 to 11 ns (3.3 m) and -11.7 to 11.7 ns, different for satellites
+/// that are near each other.
 std::array<double, 2> made_up_delays(gnss::SatelliteId id) {
   return {(7 * id.number % 23 - 11) * 1e-9, (5 * id.number % 19 - 9) * 1.3e-9};
 }
@@ -53,7 +53,7 @@ std::array<double, 2> made_up_delays(gnss::SatelliteId id) {
 /// The results of rnx2rtkp for `receiver.obs` and `sky.nav`, in means over the epochs [m].
 struct Estimates {
   std::map<std::string, Mean> residual_m;  ///< by satellite
-  std::array<Mean, 4> clock_m;             ///< of GPS; of GLONASS, Galileo and BeiDou less that
+  std::array<Mean, 4> clock_m;             ///< of GPS; of GLONASS, Galileo and BeiDou minus that of GPS
 };
 
 Estimates estimate(const std::filesystem::path& folder, int systems, bool two_frequencies) {
@@ -84,8 +84,8 @@ Estimates estimate(const std::filesystem::path& folder, int systems, bool two_fr
   return estimates;
 }
 
-/// Open sky over a place that sees of all systems at once. Each satellite has delays of its own in all of its
-/// records, as RTKLIB takes those of the first one.
+/// Open sky at a position with satellites of all systems at once. Each satellite has its own delays, equal in
+/// all of its records, since RTKLIB uses those of the first one.
 Estimates solve(gnss::NavigationData data, bool with_delays, const std::string& systems,
                 const std::string& tracks, int navsys, bool two_frequencies) {
   for (gnss::KeplerEphemeris& e : data.kepler) {
@@ -111,7 +111,7 @@ Estimates solve(gnss::NavigationData data, bool with_delays, const std::string& 
 
 struct Case {
   const char* name;
-  char letter;  ///< the system under test, beside GPS
+  char letter;  ///< the system under test, in addition to GPS
   const char* systems;
   const char* tracks;
   int navsys;
@@ -126,14 +126,14 @@ std::ostream& operator<<(std::ostream& out, const Case& c) {
 
 class GroupDelaysByRtklib : public testing::TestWithParam<Case> {};
 
-// The same sky without group delays says what else RTKLIB takes otherwise (the Earth's turn during the flight
-// to first order, a centimetre): nothing must be left of the difference between the two.
+// The same sky without group delays shows RTKLIB's other differences (the Earth's rotation during the flight
+// to first order, 1 cm): both must differ from Canyon by the same amount.
 TEST_P(GroupDelaysByRtklib, AreTheSame) {
   CANYON_NEEDS_PROGRAM("rnx2rtkp");
   CANYON_SHARED_DATA(file, "orbits/ESBC00DNK_R_20201770000_01D_MN.rnx.gz");
   const Case& c = GetParam();
   gnss::NavigationData data = rinex::read_rinex_navigation(file);
-  // RTKLIB takes the group delay of I/NAV's clock.
+  // RTKLIB uses the group delay of I/NAV's clock.
   data.kepler.erase(std::remove_if(data.kepler.begin(), data.kepler.end(),
                                    [](const gnss::KeplerEphemeris& e) { return is_galileo_fnav(e); }),
                     data.kepler.end());

@@ -1,6 +1,6 @@
-// Heat maps beside the receiver: options, cities, skies and cells are drawn at random, and each cell of a map
-// is held against what a simulation of a receiver at that cell and time finds. Map and receiver share their
-// rules, but the map solves most cells by other arithmetic.
+// Heat maps compared with the receiver: options, cities, skies and cells are random, and each cell of a map
+// is compared with a simulation of a receiver at that cell and time. Map and receiver share their rules, but
+// the map solves most cells with other arithmetic.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <gtest/gtest.h>
@@ -40,8 +40,8 @@ using positioning::Weighting;
 
 constexpr std::uint64_t kSeed = 11;
 constexpr int kCases = 1000;
-/// Fixes that cells share are linear about the true place: within these, their errors are right within a
-/// thousandth, and within some thousandths where the troposphere is corrected by the height found.
+/// Shared fixes of cells are linearized at the true position: within these limits their errors are accurate
+/// to 0.1 %, and to some 0.1 % if the troposphere is corrected with the estimated height.
 constexpr double kWidest_m = 1000, kWeakest = 100;
 constexpr double kLinear = 1e-3, kByAtmosphere = 4e-3;
 
@@ -97,7 +97,7 @@ void draw_receiver(Dice& dice, receiver::ReceiverOptions& o) {
   o.noise.drift_enabled = dice.chance(0.3);
   o.fix.raim.enabled = dice.chance(0.05);
   if (!dice.chance(0.1)) return;
-  // With strength; what is random in it follows the seed alone.
+  // With strength; its randomness depends only on the seed.
   o.noise.enabled = false;
   o.signal.enabled = true;
   o.signal.loop_noise = false;
@@ -115,7 +115,7 @@ void draw_propagation(Dice& dice, propagation::PropagationOptions& o) {
   o.diffuse = dice.chance(0.1);
 }
 
-/// A mask that a satellite clears by so little at a place.
+/// A mask that is this close to a satellite at a position.
 double mask_below_a_satellite(Dice& dice, const orbit::Sky& sky, geodesy::GpsTime time, const Vector3d& ecef,
                               double margin_rad, double otherwise) {
   std::vector<double> elevations;
@@ -152,7 +152,7 @@ Case draw_case(int number, const std::filesystem::path& folder) {
   scenario.start = drawn.time;
   scenario.duration_s = 0;
   scenario.rate_hz = 1;
-  // The seed of a map's first draw.
+  // The seed of a map's first sample.
   scenario.seed =
       RandomStream(request.draws.seed, fmt::format("heatmap/{}/0", drawn.time.nanoseconds())).next();
   std::set<System> systems{System::GPS};
@@ -178,7 +178,7 @@ Case draw_case(int number, const std::filesystem::path& folder) {
   request.times = {drawn.time};
   request.layers = kLayers;
   request.draws.draws = 1;
-  request.receivers.model = heatmap::ReceiverModel::Run;  // steady states have bounds and tests of their own
+  request.receivers.model = heatmap::ReceiverModel::Run;  // steady states have their own bounds and tests
 
   scenario.receivers.resize(1);
   simulation::ReceiverConfig& receiver = scenario.receivers.front();
@@ -190,8 +190,8 @@ Case draw_case(int number, const std::filesystem::path& folder) {
   const Vector3d place(middle.x(), middle.y(), request.altitudes_m.front());
   scenario.trajectory.waypoints = {frame.geodetic_from_local(place)};
   if (dice.chance(0.3)) {
-    // The map takes satellites that are above the mask at the tile's middle. A fix 1 km off turns up by
-    // 2e-4 rad.
+    // The map uses satellites above the mask at the tile's centre. At a fix 1 km off, up is rotated by 2e-4
+    // rad.
     const double margin_rad = 2.5e-4 + 3e-5 * std::pow(dice.between(0, 1), 2);
     const simulation::BuiltSky sky =
         simulation::build_sky(scenario.sky, drawn.time, drawn.time, scenario.trajectory.waypoints.front());
@@ -223,7 +223,7 @@ std::string words(const Case& drawn) {
       drawn.request.altitudes_m.front());
 }
 
-/// A receiver for each cell, all of one scenario: antennas beside the one place of its trajectory.
+/// A receiver for each cell, all of one scenario: antennas relative to the single position of its trajectory.
 simulation::Simulation receivers_at_cells(const Case& drawn, const geodesy::LocalFrame& frame,
                                           city::City city) {
   simulation::Scenario scenario = drawn.scenario;
@@ -244,7 +244,7 @@ simulation::Simulation receivers_at_cells(const Case& drawn, const geodesy::Loca
   return {std::move(scenario), std::move(city)};
 }
 
-/// The values that a map shows of a place.
+/// The values of a map at a point.
 struct Answer {
   bool free = true;
   bool solved = false;
@@ -252,7 +252,7 @@ struct Answer {
   double horizontal_m = 0, vertical_m = 0, hdop = 0, pdop = 0, vdop = 0;
 };
 
-/// The receiver's own, with the noise (but for its mean) out of its measurements.
+/// The receiver's values, with the noise (except its mean) removed from its measurements.
 Answer answer_of(const simulation::Epoch& epoch, const simulation::Simulation& simulation,
                  const receiver::ReceiverOptions& options) {
   Answer answer;
@@ -306,7 +306,7 @@ std::string words(const Answer& a) {
                   : fmt::format("none of {}", a.visible);
 }
 
-/// Whether arrivals change within 1 mm of a place: at the edge of a shadow or wall either answer is right.
+/// Whether arrivals change within 1 mm of a point: at the edge of a shadow or wall both results are accepted.
 bool at_an_edge(const simulation::Environment& environment, const propagation::PropagationOptions& options,
                 geodesy::GpsTime time, const Vector3d& place) {
   const propagation::Propagator propagator = environment.make_propagator(options);
@@ -343,7 +343,7 @@ struct Count {
   double worst = 0, worst_dop = 0;
 };
 
-/// Empty: alike.
+/// Empty: equal.
 std::string difference(const Answer& map, const Answer& receiver, const receiver::ReceiverOptions& options,
                        Count& count) {
   if (map.free != receiver.free) return "placement";

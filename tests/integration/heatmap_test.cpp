@@ -1,5 +1,5 @@
-// Heat maps beside what else Canyon says of the same places: a scenario's receiver, run by itself at cells of
-// a map that was written to a file and read back.
+// Heat maps compared with other results of Canyon at the same points: a scenario's receiver, run alone at
+// cells of a map that was written to a file and read back.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -96,8 +96,8 @@ TEST_P(HeatmapBesideReceivers, CellsAreWhatAReceiverThereFinds) {
       }
       const double off_m = std::max(std::abs(answer->values[0] - epoch.error_enu_m.head<2>().norm()),
                                     std::abs(answer->values[1] - epoch.error_enu_m.z()));
-      // The tile's directions differ from a cell's own by 4e-6 rad (85 m over 20,000 km), which a wall 300 m
-      // away sees as 1 mm.
+      // The tile's directions differ from a cell's own by 4e-6 rad (85 m over 20,000 km), which is 1 mm at a
+      // wall 300 m away.
       if (off_m > 0.01 || std::abs(answer->values[2] / fix.dop->hdop - 1) > 1e-3) continue;
       ++alike;
       worst_m = std::max(worst_m, off_m);
@@ -107,7 +107,7 @@ TEST_P(HeatmapBesideReceivers, CellsAreWhatAReceiverThereFinds) {
             << " m; " << indoors << " indoors\n";
   EXPECT_GE(places, 40);
   EXPECT_GE(indoors, 5);
-  // At an edge of a shadow either answer is right; such cells are few.
+  // At an edge of a shadow both results are accepted; such cells are few.
   EXPECT_GE(alike, places - places / 25);
   EXPECT_EQ(summary.missing, 0U);
   EXPECT_EQ(summary.cells, 2 * request.grid.cells());

@@ -1,4 +1,4 @@
-// Loops and clocks of receivers over hours and drives, as scenarios run them.
+// Loops and clocks of receivers over hours and drives, as run in scenarios.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -27,8 +27,9 @@ std::vector<std::vector<receiver::ReceiverEpoch>> run(const std::string& yaml) {
   return result;
 }
 
-// A loop that follows an echo while a building hides the direct signal is left on a side peak of its
-// correlation when that comes back: 8 to 15 % of these epochs were then 50 m and more off, for hours.
+// A loop that tracks an echo while a building blocks the direct signal remained on a side peak of the
+// correlation when the direct signal returned: 8 to 15 % of these epochs were then off by 50 m and more, for
+// hours.
 TEST(CodeLoops, DoNotRestOnSidePeaksOfADayInAStreet) {
   const auto receivers = run(R"(
 city:
@@ -72,7 +73,7 @@ seed: 1
   }
 }
 
-// A drive's code delays at the same instants, asked for at 1, 5 and 20 Hz.
+// A drive's code delays at the same instants, with rates of 1, 5 and 20 Hz.
 TEST(CodeLoops, TellTheSameAtEveryRateOfEpochs) {
   const auto drive = [](double rate_hz) {
     return run(fmt::format(R"(
@@ -121,16 +122,16 @@ propagation: {{diffuse: {{enabled: false}}, diffraction: {{enabled: false}}}}
     std::cout << rate << " Hz: " << compared << " compared, " << apart << " apart, largest step "
               << largest_step_m << " m\n";
     EXPECT_GT(compared, 300);
-    // Within a second a car passes paths that a slow rate never sees.
+    // Within a second a car passes paths that are missed at a slow rate.
     EXPECT_LT(apart, 0.1 * compared) << rate;
     EXPECT_NEAR(std::sqrt(square_fast / square_slow), 1, 0.1) << rate;
-    // A loop of 1 Hz pulls in by half a chip, of BPSK(1), four times a second at the very most.
+    // A loop of 1 Hz pulls in by half a chip, of BPSK(1), at most four times per second.
     EXPECT_LT(largest_step_m, 4 * 147.0 / rate) << rate;
   }
 }
 
-// The ionosphere of nominal satellites is the standard one; phase, code and Doppler hold its rate and that of
-// the troposphere.
+// The ionosphere of nominal satellites is the standard one; phase, code and Doppler contain its rate and that
+// of the troposphere.
 TEST(Doppler, IsTheRateOfTheCarrierThroughTheAtmosphere) {
   const std::vector<receiver::ReceiverEpoch> epochs = run(R"(
 city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}
@@ -184,7 +185,7 @@ propagation: {ground_reflection: false, diffuse: {enabled: false}}
   EXPECT_LT(ionosphere_mps, 1e-2);
 }
 
-// Receivers that differ in a setting have the same noise realization; own_draws sets them apart.
+// Receivers that differ in a setting have the same noise realization; own_draws makes it independent.
 TEST(Draws, AreOfSeedAndSatelliteUnlessAskedOtherwise) {
   const auto receivers = run(R"(
 city: {synthetic: {blocks_east: 4, blocks_north: 4, seed: 5}}

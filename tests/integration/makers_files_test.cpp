@@ -1,5 +1,5 @@
-// receiver.sbf checked by RTKLIB's convbin: observations beside receiver.obs,
-// ephemerides beside sky.nav.
+// receiver.sbf checked by RTKLIB's convbin: observations compared with receiver.obs, ephemerides with
+// sky.nav.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -50,11 +50,11 @@ struct MakersFiles {
   std::vector<simulation::Epoch> epochs;
 };
 
-/// How this version of RTKLIB reads a format.
+/// Properties of this RTKLIB version's reader of a format.
 struct Reading {
-  double cn0_steps;                          ///< those that it writes [dB]
-  std::map<std::string, std::string> codes;  ///< its names of RINEX codes, where they are others
-  /// Signals that it leaves out.
+  double cn0_steps;                          ///< steps of written C/N0 [dB]
+  std::map<std::string, std::string> codes;  ///< its names of RINEX codes, if they are others
+  /// Signals that it omits.
   bool (*left_out)(gnss::SatelliteId id, const std::string& code, bool phase);
   bool doppler_without_phase;
 };
@@ -73,7 +73,8 @@ void expect_the_same_observations(const MakersFiles& files, const gnss::Navigati
   double worst_m = 0, worst_phase_m = 0, worst_hz = 0;
   for (std::size_t i = 0; i < ours.size(); ++i) {
     EXPECT_LE(std::abs(ours[i].first - theirs[i].first), 1e-6);
-    // The formats have whole milliseconds. What the clock reads beyond these, and its drift, are not in them.
+    // The formats have whole milliseconds. The clock's fraction of a millisecond and its drift are not in
+    // them.
     std::vector<double> moved_m, moved_hz;
     for (const auto& [key, mine] : ours[i].second) {
       const auto found = find(theirs[i].second, key);
@@ -118,8 +119,8 @@ TEST(MakersFiles, OfSeptentrioAreReadByRtklib) {
   CANYON_NEEDS_PROGRAM("convbin");
   const MakersFiles files("sbf", "receiver.sbf");
   const gnss::NavigationData sky = rinex::read_rinex_navigation(files.folder / "sky.nav");
-  // It leaves E5b out where E5a is there, and knows BeiDou's first 37 satellites. It takes the word for "no
-  // phase" of a further signal as a phase, and writes C/N0 in steps of 250 dB.
+  // It omits E5b if there is E5a, and supports BeiDou's first 37 satellites. It reads the value "no phase" of
+  // a further signal as a phase, and writes C/N0 in steps of 250 dB.
   expect_the_same_observations(files, sky,
                                {250,
                                 {},
@@ -137,7 +138,7 @@ TEST(MakersFiles, OfSeptentrioAreReadByRtklib) {
       return each.id == record.id && each.toe == record.toe;
     });
     ASSERT_NE(mine, sky.kepler.end()) << gnss::to_string(record.id);
-    // It takes the last 16 bits of a page from two bits too early: those of the square root of the axis.
+    // It reads the last 16 bits of a page two bits too early: those of the square root of the axis.
     EXPECT_NEAR(record.eccentricity, mine->eccentricity, 1e-9) << gnss::to_string(record.id);
     EXPECT_NEAR(record.mean_anomaly, mine->mean_anomaly, 2e-9) << gnss::to_string(record.id);
   }

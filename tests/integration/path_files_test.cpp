@@ -1,4 +1,4 @@
-// paths.csv of a run: the detour of every path from the points that stand beside it.
+// paths.csv of a run: the excess of every path, computed from its points in the file.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -43,8 +43,8 @@ Eigen::Vector3d point(const Record& record, const std::string& name) {
           parse_double(record.at(name + "_up_m")).value()};
 }
 
-// A plane wave from direction s that meets p first and the antenna a at last is longer than the straight one
-// by the way behind p less what p lies nearer to the satellite: |p - a| - s . (p - a).
+// The path of a plane wave from direction s over p to the antenna a exceeds the straight one by the distance
+// from p to a minus the advance of p towards the satellite: |p - a| - s . (p - a).
 TEST(PathFiles, DetoursAreThoseOfTheirPoints) {
   const test::TemporaryFolder folder;
   const simulation::Simulation simulation = test::prepare(
@@ -88,7 +88,7 @@ TEST(PathFiles, DetoursAreThoseOfTheirPoints) {
     const std::string kind = r.at("kind") + (r.at("order") == "2" ? " twice" : "");
     ++counts[kind];
     const std::string& visibility = visibilities.at(r.at("gps_tow") + r.at("sat"));
-    // Blocked where all of them are too weak to be tracked.
+    // Blocked if all of them are too weak to be tracked.
     EXPECT_EQ(r.at("kind") == "direct", visibility.starts_with("LOS") && r.at("path") == "0");
     EXPECT_NE(r.at("loss_db"), "");
     EXPECT_LE(std::abs(parse_double(r.at("phase_deg")).value()), 180);
@@ -122,12 +122,12 @@ TEST(PathFiles, DetoursAreThoseOfTheirPoints) {
   // Points are written to millimetres, directions to 1e-6 deg.
   for (const char* kind : {"reflected", "reflected twice", "diffracted"})
     EXPECT_LT(worst_m[kind], 1e-3) << kind;
-  // One point stands for a class of detours (PropagationOptions: 10 m wide).
+  // One point represents a class of excess paths (PropagationOptions: 10 m wide).
   EXPECT_LT(worst_m["diffuse"], 10);
   const auto bytes = std::filesystem::file_size(folder / "strong" / "paths.csv");
   std::cout << bytes / records.size() << " bytes a row\n";
 
-  // Without strength, and of the system alone that the receiver tracks.
+  // Without strength, and only of the system tracked by the receiver.
   std::vector<Record> galileo;
   for (Record r : records) {
     r["loss_db"] = r["phase_deg"] = "";

@@ -24,7 +24,7 @@ using gnss::System;
 
 struct Errors {
   std::vector<double> horizontal, vertical;
-  std::vector<double> over_stated, vertical_over_stated;  ///< over their stated standard deviations
+  std::vector<double> over_stated, vertical_over_stated;  ///< divided by their reported standard deviations
   int epochs = 0;
   int clock_jumps = 0;
 
@@ -143,7 +143,7 @@ TEST(RecordedDrive, FilterThroughClockJumpsAndDetours) {
   EXPECT_LT(Errors::quantile(filtered.vertical, 0.95), 0.5 * Errors::quantile(cn0.vertical, 0.95));
 }
 
-// Most errors are within twice their stated deviation, and not all within half of it.
+// Most errors are within twice their reported deviation, and not all within half of it.
 TEST(RecordedDrive, FilterStatesWhatItsErrorsAre) {
   CANYON_SHARED_DATA(folder, "urbannav-tst-20190428");
   const Drive drive = read(folder);

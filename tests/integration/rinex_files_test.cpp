@@ -1,4 +1,4 @@
-// Observation files of every signal: the rules of RINEX 3.04 and 4.00, checked by our reader and RTKLIB.
+// Observation files of every signal: the rules of RINEX 3.04 and 4.00, checked by Canyon's reader and RTKLIB.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,8 +25,7 @@ using receiver::SatelliteObservation;
 using receiver::SignalObservation;
 using test::read_bytes;
 
-/// Twenty seconds in a street with every signal that Canyon knows: satellites come and go, phases slip. Made
-/// once.
+/// Twenty seconds in a street with all signals of Canyon: satellites rise and set, phases slip. Made once.
 struct Run {
   test::TemporaryFolder folder;
   std::vector<simulation::Epoch> epochs = test::run_and_write(
@@ -47,7 +46,7 @@ const Run& run() {
   return made;
 }
 
-/// A file by the columns of tables A2 and A3.
+/// A file parsed by the columns of tables A2 and A3.
 struct ObservationFile {
   struct Field {
     std::string value;  ///< F14.3
@@ -162,7 +161,7 @@ TEST_P(RinexFiles, HaveTheirVersionsHeader) {
   EXPECT_EQ(file().records("SIGNAL STRENGTH UNIT").front().substr(0, 5), "DBHZ ");
 }
 
-// A1,2X,I3,13(1X,A3); codes of tables 4 to 9 in the bands and channels that are tracked.
+// A1,2X,I3,13(1X,A3); codes of tables 4 to 9 in the tracked bands and channels.
 TEST_P(RinexFiles, NameTypesOfTheTables) {
   const std::map<char, std::string> attributes{
       {'G', "1C 1S 1L 1X 1P 1W 2C 2D 2S 2L 2X 2P 2W 5I 5Q 5X"},
@@ -206,8 +205,8 @@ TEST_P(RinexFiles, StateTheShiftOfEveryPhase) {
 }
 
 // 2X,I2.2 ... of A3: epochs in order, each value F14.3 with its digits. GFZRNX's check (user's guide, "RINEX
-// File Check and Repair") leaves a header alone that has no type without a value, and whose INTERVAL and
-// times of the first and last epoch are those of the data.
+// File Check and Repair") does not change a header without unused types and with INTERVAL and times of the
+// first and last epoch equal to the data.
 TEST_P(RinexFiles, HoldWhatTheHeaderSays) {
   ASSERT_EQ(file().epochs.size(), run().epochs.size());
   std::set<std::string> found, declared;
@@ -297,7 +296,7 @@ TEST_P(RinexFiles, ComeBackThroughOurReader) {
   EXPECT_GT(phases, 1000);
 }
 
-// RTKLIB's convbin reads both versions and writes what it understood.
+// RTKLIB's convbin reads both versions and writes the result.
 TEST_P(RinexFiles, ComeBackThroughConvbin) {
   CANYON_NEEDS_PROGRAM("convbin");
   const test::TemporaryFolder folder;

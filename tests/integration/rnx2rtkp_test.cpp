@@ -22,8 +22,8 @@
 namespace canyon {
 namespace {
 
-// The error constants are made so large that RTKLIB's elevation and ephemeris terms do not count: equal
-// weights, as our solver has. Its navsys bits: GPS 1, SBAS 2, GLONASS 4, Galileo 8, QZSS 16, BeiDou 32.
+// The error constants are so large that RTKLIB's elevation and ephemeris terms are negligible: equal weights,
+// as in Canyon's solver. Its navsys bits: GPS 1, SBAS 2, GLONASS 4, Galileo 8, QZSS 16, BeiDou 32.
 std::string config(double mask_deg, int systems) {
   return "pos1-posmode=single\npos1-frequency=l1\npos1-elmask=" + std::to_string(mask_deg) +
          "\npos1-ionoopt=off\npos1-tropopt=off\npos1-sateph=brdc\npos1-navsys=" + std::to_string(systems) +
@@ -72,7 +72,7 @@ std::int64_t key(geodesy::GpsTime t) {
   return std::llround(t.seconds_of_week() * 1e3);
 }
 
-// Bit sum for the systems that Debian's build of RTKLIB knows.
+// Bit sum for the systems supported by Debian's build of RTKLIB.
 constexpr int kGps = 1;
 constexpr int kSbas = 2;
 constexpr int kGlonass = 4;
@@ -131,8 +131,8 @@ TEST(Rnx2Rtkp, OpenSkyRecordedEphemeridesIsWithinTenCentimetres) {
       kGps + kBeiDou, nav.parent_path());
 }
 
-// With real ephemerides the signals carry what real ones do, and RTKLIB with its default corrections comes as
-// near to the truth as our own fix, which corrects by the same models; without them it does not.
+// With real ephemerides the signals have real errors, and RTKLIB with its default corrections is as close to
+// the truth as Canyon's fix, which uses the same models; without corrections it is not.
 TEST(Rnx2Rtkp, SolvesWithItsDefaultAtmosphere) {
   CANYON_NEEDS_PROGRAM("rnx2rtkp");
   CANYON_SHARED_DATA(nav, "urbannav-tst-20190428/hksc1180.19n");
@@ -172,8 +172,8 @@ TEST(Rnx2Rtkp, SolvesWithItsDefaultAtmosphere) {
   EXPECT_GT(uncorrected_m, 2 * rtklib_m);
 }
 
-// Ranges to three made-up geostationary satellites, which move, beside recorded GPS: RTKLIB too gives SBAS
-// the clock of GPS. Records lie as far apart as message 9 may be sent.
+// Ranges to three synthetic, moving geostationary satellites and recorded GPS: RTKLIB also uses the clock of
+// GPS for SBAS. Records have the maximum interval of message 9.
 TEST(Rnx2Rtkp, OpenSkyWithSbasIsWithinTenCentimetres) {
   CANYON_NEEDS_PROGRAM("rnx2rtkp");
   CANYON_SHARED_DATA(nav, "urbannav-tst-20190428/hksc1180.19n");
@@ -200,7 +200,7 @@ TEST(Rnx2Rtkp, OpenSkyWithSbasIsWithinTenCentimetres) {
   const std::string start = "}\nstart: 2019-04-28T12:58:03Z\n";
   expect_open_sky(files + ", systems: [GPS, SBAS]" + start, kGps + kSbas);
 
-  // Who does not name SBAS has none of it: neither ranged to nor in sky.nav.
+  // Without SBAS in the settings there is none: neither ranged to nor in sky.nav.
   const auto satellites = [&](const std::string& systems) {
     const simulation::Simulation simulation = test::prepare(
         "city: {open: true, origin: {latitude_deg: 22.298, longitude_deg: 114.178, height_m: 10}}\n" + files +
@@ -215,9 +215,9 @@ TEST(Rnx2Rtkp, OpenSkyWithSbasIsWithinTenCentimetres) {
   EXPECT_EQ(satellites(", systems: [GPS, SBAS]"), 3);
 }
 
-/// Buildings and noise on: rnx2rtkp against our own fix wherever both used the same satellites. The rest
-/// comes from RTKLIB's direction cosines, which leave the Earth's rotation during the flight out (7e-6 rad):
-/// with residuals of a hundred metres and a weak geometry that moves its solution by centimetres.
+/// Buildings and noise on: rnx2rtkp against Canyon's fix if both used the same satellites. The remaining
+/// difference is due to RTKLIB's direction cosines, which neglect the Earth's rotation during the flight
+/// (7e-6 rad): with residuals of a hundred metres and a weak geometry that moves its solution by centimetres.
 void expect_same_fix(const simulation::Simulation& simulation, double mask_deg, int systems,
                      std::size_t least_compared) {
   const test::TemporaryFolder folder;

@@ -1,5 +1,5 @@
-// RTCM 3 of simulated receivers, checked by RTKLIB: convbin turns it back into RINEX, which must be ours, and
-// rnx2rtkp fixes a rover's ambiguities by a base station's messages.
+// RTCM 3 of simulated receivers, checked by RTKLIB: convbin converts it to RINEX, which must equal Canyon's,
+// and rnx2rtkp fixes a rover's ambiguities with a base station's messages.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -33,7 +33,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// RINEX by convbin: NAME.obs and NAME.nav in `folder`.
-/// @param when the stream's date, which its messages do not state
+/// @param when the stream's date, which is not in its messages
 void convert(const fs::path& stream, geodesy::GpsTime when, const fs::path& folder, const std::string& name,
              const std::string& options = {}) {
   const geodesy::CalendarTime c = geodesy::calendar_from_gps(when);
@@ -57,14 +57,14 @@ constexpr const char* kOutputs =
 // cycles, range rate 0.1 mm/s and 0.001 Hz, C/N0 1/16 and 0.001 dB.
 struct Compared {
   std::map<std::string, int> signals;  ///< observations by system and code
-  int slips = 0, slips_flagged = 0;    ///< cycle slips of ours; that RTKLIB flags too
-  int false_slips = 0;                 ///< that it flags where ours goes on
-  int no_doppler = 0;                  ///< observations whose Doppler does not come through
+  int slips = 0, slips_flagged = 0;    ///< Canyon's cycle slips; those also flagged by RTKLIB
+  int false_slips = 0;                 ///< flagged without a slip in Canyon's
+  int no_doppler = 0;                  ///< observations without a Doppler in the result
 };
 Compared compare_observations(const std::string& yaml) {
   constexpr double kDrift = 5e-7;  // of the clock below
   const test::TemporaryFolder folder;
-  // Clocks whose readings are off whole milliseconds, so that all values move with the tags.
+  // Clocks with readings off whole milliseconds, so that all values are shifted with the tags.
   const auto simulation = test::prepare(yaml + R"(
 duration_s: 40
 rate_hz: 5
@@ -149,7 +149,7 @@ TEST(RtcmByConvbin, ObservationsAreThoseOfTheRinexFile) {
       compare_observations(std::string(kOpenField) +
                            "sky: {nominal: true, systems: [GPS, GLONASS, Galileo, BeiDou]}\n"
                            "start: 2026-03-01T10:00:00Z\n");
-  // RTKLIB 2.4.3 b34 knows neither B1C nor B2a in MSM; BeiDou-3 has no B2I.
+  // RTKLIB 2.4.3 b34 supports neither B1C nor B2a in MSM; BeiDou-3 has no B2I.
   EXPECT_EQ(compared.signals.size(), 11U);
   EXPECT_GE(compared.signals.at("G1C"), 201 * 6);
   EXPECT_EQ(compared.false_slips + compared.no_doppler, 0);
@@ -163,8 +163,8 @@ TEST(RtcmByConvbin, CycleSlipsShowInTheLockTime) {
       "seed: 7}, origin: {latitude_deg: 22.298, longitude_deg: 114.178, height_m: 10}}\n"
       "sky: {nominal: true, systems: [GPS, GLONASS, Galileo, BeiDou]}\nstart: 2026-03-01T10:00:00Z\n");
   EXPECT_GT(compared.slips, 20);
-  // A reader sees a slip where the lock time has become shorter, not where an arc was shorter still than the
-  // new one is (RTCM 10403.3, DF407).
+  // A reader detects a slip if the lock time has decreased, not if the old arc was shorter than the new one
+  // (RTCM 10403.3, DF407).
   EXPECT_GE(compared.slips_flagged, 0.9 * compared.slips);
   EXPECT_EQ(compared.false_slips, 0);
 }
@@ -172,8 +172,8 @@ TEST(RtcmByConvbin, CycleSlipsShowInTheLockTime) {
 TEST(RtcmByConvbin, ObservationsOfQzssAndSbasAreThoseOfTheRinexFile) {
   CANYON_NEEDS_PROGRAM("convbin");
   CANYON_SHARED_DATA(path, test::kRealDays[0]);
-  // That day's geostationary satellites call themselves unfit for ranging; one at 80 E that does not, 42,164
-  // km from the middle.
+  // That day's geostationary satellites are marked unfit for ranging; adds one at 80 E that is not, 42,164 km
+  // from the Earth's centre.
   const test::TemporaryFolder folder;
   std::ofstream(folder / "sbas.nav")
       << fmt::format("{:<60}{}\n{:60}{}\n", "     3.04           N: GNSS NAV DATA    S: SBAS",
@@ -190,7 +190,7 @@ TEST(RtcmByConvbin, ObservationsOfQzssAndSbasAreThoseOfTheRinexFile) {
   EXPECT_EQ(compared.signals.count("S1C"), 1U);
 }
 
-// A u-blox base's UBX line with MSM4 and MSM7 as hosts ask for them.
+// A u-blox base's UBX line with MSM4 and MSM7 as requested by hosts.
 TEST(RtcmByConvbin, ReadsTheBaseOnAUbxLine) {
   CANYON_NEEDS_PROGRAM("convbin");
   const test::TemporaryFolder folder;
@@ -211,7 +211,7 @@ TEST(RtcmByConvbin, ReadsTheBaseOnAUbxLine) {
   const auto ours = rinex::read_rinex_observations(folder / "receiver.obs", all);
   for (const int level : {4, 7}) {
     const auto line = output::format_named("ubx").make(output::describe_receiver(simulation, 0));
-    // RTKLIB passes over a message behind a 0xD3 of another protocol: CFG-UART1OUTPROT-UBX off.
+    // RTKLIB skips a message after a 0xD3 of another protocol: CFG-UART1OUTPROT-UBX off.
     // CFG-MSGOUT-RTCM_3X_TYPE1005, 1074 or 1077 ... 1124 or 1127 and 1230 of UART1.
     const std::initializer_list<std::pair<std::uint32_t, std::uint64_t>> kMsm4{
         {0x10740001, 0}, {0x10740004, 1}, {0x209102be, 1}, {0x2091035f, 1},
@@ -243,8 +243,8 @@ TEST(RtcmByConvbin, ReadsTheBaseOnAUbxLine) {
         EXPECT_NEAR(at->second->pseudorange_m.value(), s.pseudorange_m.value(), code_m);
         EXPECT_EQ(at->second->doppler_hz.has_value(), level == 7);
         EXPECT_NEAR(at->second->cn0_dbhz.value(), s.cn0_dbhz.value(), level == 4 ? 0.51 : 0.033);
-        // DF401 and DF406: 0.6 mm and 0.07 mm.
-        // MSM4 does not state the channel of a satellite of GLONASS, which RTKLIB needs.
+        // DF401 and DF406: 0.6 mm and 0.07 mm. MSM4 lacks the channel of a GLONASS satellite, which RTKLIB
+        // needs.
         const bool no_channel = level == 4 && s.id.system == gnss::System::GLONASS;
         EXPECT_EQ(at->second->carrier_phase_cycles.has_value(),
                   s.carrier_phase_cycles.has_value() && !no_channel);
@@ -260,17 +260,17 @@ TEST(RtcmByConvbin, ReadsTheBaseOnAUbxLine) {
   }
 }
 
-/// `a` within what 12 digits leave of `b`.
+/// `a` equals `b` to 12 digits.
 void expect_close(double a, double b, const std::string& what) {
   EXPECT_NEAR(a, b, 2e-11 * std::abs(b) + 1e-18) << what;
 }
 
-// A real day: what satellites broadcast is made of the steps of the messages, so nothing may be lost.
+// A real day: broadcast values are multiples of the messages' resolution, so nothing may be lost.
 TEST(RtcmByConvbin, EphemeridesOfARealDayComeThroughWhole) {
   CANYON_NEEDS_PROGRAM("convbin");
   CANYON_SHARED_DATA(path, test::kRealDays[0]);
   gnss::NavigationData day = rinex::read_rinex_navigation(path);
-  // GLONASS's messages state the time of the day alone: RTKLIB takes that within 12 h of the noon given.
+  // GLONASS's messages have only the time of day: RTKLIB resolves it within 12 h of the given noon.
   const geodesy::GpsTime noon = geodesy::gps_from_utc({.year = 2020, .month = 6, .day = 25, .hour = 12});
   day.glonass.erase(std::remove_if(day.glonass.begin(), day.glonass.end(),
                                    [&](const auto& e) { return std::abs(e.toe - noon) > 42'000; }),
@@ -341,13 +341,13 @@ TEST(RtcmByConvbin, EphemeridesOfARealDayComeThroughWhole) {
 
 struct Baselines {
   int fixed = 0, floating = 0, all = 0;
-  double horizontal_rms_m = 0, vertical_rms_m = 0;  ///< of the fixed ones
-  // Differential ones of codes, of rnx2rtkp and of the rover itself; RMS in space.
+  double horizontal_rms_m = 0, vertical_rms_m = 0;  ///< of fixed epochs
+  // Differential code fixes, of rnx2rtkp and of the rover itself; 3D RMS.
   int differential = 0, own_differential = 0;
   double differential_rms_m = 0, own_differential_rms_m = 0;
 };
 
-/// A rover's way from a base station by rnx2rtkp, epoch by epoch, from the RTCM of both.
+/// A rover's path relative to a base station by rnx2rtkp, epoch by epoch, from the RTCM of both.
 Baselines solve(const std::string& yaml, const std::string& mode = "kinematic",
                 const std::string& frequency = "l1+l2") {
   const test::TemporaryFolder folder;
@@ -383,7 +383,7 @@ Baselines solve(const std::string& yaml, const std::string& mode = "kinematic",
     if (quality != 1 && quality != 4) continue;
     const simulation::Epoch& epoch = *rover.at(std::llround(*parse_double(cells[1]) * 10));
     const Eigen::Vector3d solved(*parse_double(cells[2]), *parse_double(cells[3]), *parse_double(cells[4]));
-    // The epoch's tag is the receiver's clock's, which the rover has moved on from by millimetres at most.
+    // The epoch's tag is of the receiver's clock; the rover has moved by at most millimetres since.
     const Eigen::Vector3d error =
         geodesy::enu_from_ecef_rotation(epoch.truth.position) * (solved - epoch.truth_ecef);
     if (quality == 4) {
@@ -450,7 +450,7 @@ TEST(RtcmByRnx2rtkp, AmbiguitiesFloatInAStreet) {
   EXPECT_GT(street.floating, 0.5 * street.all);
 }
 
-// Differential fixes of codes, of the same measurements: ours and those that RTKLIB makes of the files.
+// Differential code fixes of the same measurements: Canyon's and RTKLIB's from the files.
 TEST(RtcmByRnx2rtkp, DifferentialFixesAreAsGoodAsOurs) {
   CANYON_NEEDS_PROGRAM("convbin");
   CANYON_NEEDS_PROGRAM("rnx2rtkp");
@@ -463,7 +463,7 @@ TEST(RtcmByRnx2rtkp, DifferentialFixesAreAsGoodAsOurs) {
   }
   scenario.insert(scenario.find("{name: rover, ") + 14,
                   "corrections: {from: base}, correct_troposphere: true, ");
-  // Noise of one size for all: survey's weights hold a budget of errors from space, which would vanish here.
+  // Equal noise for all: survey's weights include a budget of range errors, which are absent here.
   scenario.insert(scenario.find("nominal: true, ") + 15, "errors: {enabled: false}, ");
   const Baselines open = solve(scenario, "dgps", "l1");
   EXPECT_EQ(open.own_differential, open.all);

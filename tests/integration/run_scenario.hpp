@@ -13,7 +13,7 @@
 
 namespace canyon::test {
 
-/// Keeps every epoch, without its paths, which last only for the call.
+/// Stores every epoch, without its paths, which are valid only during the call.
 class Recorder final : public simulation::EpochSink {
  public:
   void write(const simulation::Epoch& epoch) override {

@@ -60,14 +60,15 @@ TEST(SignalFiles, ObservationsComeBack) {
       const bool slipped = gnss::to_string(satellite.id) == "R24" && i == 2;
       EXPECT_EQ(s.loss_of_lock, slipped ? 1 : 0) << gnss::to_string(satellite.id) << " at " << i;
       if (!s.carrier_phase_cycles) continue;
-      // The phase stands for the pseudorange, to half a cycle where an arc begins; the sample's stand still.
+      // The phase equals the pseudorange, to half a cycle at the beginning of an arc; the sample's phases are
+      // constant.
       EXPECT_NEAR(*s.carrier_phase_cycles, *s.pseudorange_m * m.carrier_frequency_hz / geodesy::kSpeedOfLight,
                   0.51);
     }
   }
 }
 
-/// A drive among buildings with the receiver's signal model and no noise, two epochs a second.
+/// A drive among buildings with the receiver's signal model and no noise, two epochs per second.
 simulation::Simulation strong_and_weak_drive() {
   const std::filesystem::path path =
       std::filesystem::path(canyon_source_dir) / "examples/synthetic_drive.yaml";
@@ -116,8 +117,8 @@ TEST(SignalFiles, PhaseOfADriveFollowsItsDoppler) {
         slips += lost ? 1 : 0;
         if (!lost && tag - before->second.tag < 0.75 &&
             truth[s.id]->visibility == propagation::Visibility::LOS) {
-          // RINEX 3.04, 3.3: the phase falls where the Doppler is positive. The mean of both ends' Doppler is
-          // the mean over the interval but for the change of acceleration.
+          // RINEX 3.04, 3.3: the phase decreases if the Doppler is positive. The mean of both ends' Doppler
+          // is the mean over the interval, except for the change of acceleration.
           const double moved = *s.carrier_phase_cycles - *before->second.signal.carrier_phase_cycles;
           const double expected =
               -0.5 * (*s.doppler_hz + *before->second.signal.doppler_hz) * (tag - before->second.tag);
@@ -134,7 +135,7 @@ TEST(SignalFiles, PhaseOfADriveFollowsItsDoppler) {
   std::printf("%zu slips; C/N0 in the median: %.1f dB-Hz of %zu LOS, %.1f of %zu NLOS\n", slips,
               at(los_cn0, 0.5), los_cn0.size(), at(nlos_cn0, 0.5), nlos_cn0.size());
   EXPECT_GT(apart.size(), 200U);
-  // Both are written to thousandths; 0.5 s of a car's drive bend the phase by less.
+  // Both are written to thousandths; the phase's curvature in 0.5 s of a car's drive is smaller.
   EXPECT_LT(at(apart, 0.5), 1e-3);
   EXPECT_LT(at(apart, 0.9), 2e-3);
   EXPECT_GT(slips, 10U) << "signals come and go among the buildings";

@@ -49,7 +49,7 @@ double square(double x) {
   return x * x;
 }
 
-// I(f) = I(L1) (f_L1 / f)^2: the code late, the phase early by it; everything else is alike.
+// I(f) = I(L1) (f_L1 / f)^2: the code is delayed, the phase advanced by it; everything else is equal.
 TEST(Signals, DifferByTheIonosphereAndTheirGroupDelaysAlone) {
   const test::TemporaryFolder folder;
   const auto epochs = test::run_and_write(
@@ -81,7 +81,7 @@ TEST(Signals, DifferByTheIonosphereAndTheirGroupDelaysAlone) {
                     (ratio - 1) * now.term_m(receiver::RangeTermId::Ionosphere), 1e-5)
             << gnss::to_string(now.id) << ' ' << far.signal->name;  // nominal satellites have no group delays
         largest_m = std::max(largest_m, far.term_m(receiver::RangeTermId::Ionosphere));
-        // Code minus carrier moves by twice the ionosphere's rate.
+        // Code minus carrier changes by twice the ionosphere's rate.
         if (before == nullptr || before->more.size() != now.more.size() || !before->more[i].measurement)
           continue;
         const positioning::Measurement &a = *before->more[i].measurement, &b = *far.measurement;
@@ -131,7 +131,7 @@ TEST(Signals, IonosphereFreeFixesForgetTheIonosphereAndTripleTheNoise) {
   EXPECT_LT(worst_both, 1e-3);
   EXPECT_GT(best_one, 1);
 
-  // The same noise of L1 and L2 in every epoch: white, since it forgets in 20 ms.
+  // The same noise of L1 and L2 in every epoch: white, since its correlation time is 20 ms.
   double combined = 0, single = 0;
   int count = 0;
   const double g = square(77.0 / 60);
@@ -149,7 +149,7 @@ TEST(Signals, IonosphereFreeFixesForgetTheIonosphereAndTripleTheNoise) {
   EXPECT_NEAR(std::sqrt(g * g + 1) / (g - 1), 2.978, 5e-4);
 }
 
-// The measurements of one signal do not depend on the others that are tracked.
+// The measurements of one signal do not depend on other tracked signals.
 TEST(Signals, LeaveTheFirstOneAsItIs) {
   const test::TemporaryFolder folder;
   const auto epochs = test::run_and_write(
@@ -181,8 +181,8 @@ TEST(Signals, LeaveTheFirstOneAsItIs) {
   EXPECT_GT(more, 1000U);
 }
 
-// Observation files: every code in the header, every value back through our reader, and RTKLIB's
-// ionosphere-free fix of them, whose group delays and (77 / 60)^2 are its own.
+// Observation files: every code in the header, every value read back by Canyon's reader, and RTKLIB's
+// ionosphere-free fix, with its own group delays and (77 / 60)^2.
 TEST(Signals, OfTwoBandsAreSolvedByRtklib) {
   CANYON_NEEDS_PROGRAM("rnx2rtkp");
   CANYON_SHARED_DATA(nav, "urbannav-tst-20190428/hksc1180.19n");
@@ -255,8 +255,7 @@ std::map<std::string, std::string> printed_numbers(const std::string& text) {
   return numbers;
 }
 
-// Every number of a file with every band comes back, and nothing else: a Doppler of zero is none that is
-// missing.
+// Every number of a file with all bands is read back, and nothing else: a Doppler of zero is not missing.
 TEST(Signals, ComeBackToThePrintedDigit) {
   const test::TemporaryFolder folder;
   (void)test::run_and_write(
@@ -313,7 +312,8 @@ TEST(Signals, ThatAreNoneAreToldSo) {
   EXPECT_EQ(fault("[L5]"), "");
 }
 
-// A receiver's own delays: what a system has in common is its clock's, what channels and bands do not is not.
+// A receiver's own delays: the part common to a system belongs to its clock, the parts of channels and bands
+// do not.
 TEST(Signals, BiasesOfTheReceiverGoWhereTheyBelong) {
   const test::TemporaryFolder folder;
   const auto epochs = test::run_and_write(
@@ -340,7 +340,7 @@ TEST(Signals, BiasesOfTheReceiverGoWhereTheyBelong) {
     const receiver::ReceiverEpoch& plain = epochs[i].observed;
     const positioning::Fix &fix = plain.fix, &biased = epochs[i + 1].observed.fix;
     ASSERT_TRUE(fix.solved() && biased.solved());
-    // The fix takes satellites where they were by the biased pseudorange, 0.1 us beside.
+    // The fix uses satellite positions by the biased pseudorange, 0.1 us off.
     EXPECT_LT((fix.position_ecef - biased.position_ecef).norm(), 1e-4);
     for (const auto& [system, bias_m] : {std::pair(gnss::System::GPS, 0.0),
                                          {gnss::System::GLONASS, 30.0},
@@ -381,15 +381,15 @@ TEST(Signals, BiasesOfTheReceiverGoWhereTheyBelong) {
     }
   }
   EXPECT_EQ(drifted, 4 * 301);
-  // At a time constant of one epoch (1 + e^-2) / (1 - e^-2) fewer draws are independent; five deviations.
+  // At a time constant of one epoch (1 + e^-2) / (1 - e^-2) fewer samples are independent; five deviations.
   EXPECT_NEAR(square_m2 / drifted, 4, 5 * 4 * std::sqrt(2 * 1.313 / drifted));
   EXPECT_EQ(geostationary, 0);
   EXPECT_EQ(old, 0);
   EXPECT_GT(others, 5000);
 }
 
-// With an ionosphere that nobody corrects: alone L1 is off by metres, two carriers are not; smoothed codes
-// are less noisy, and what is stated of them holds.
+// With an uncorrected ionosphere: L1 alone is off by metres, two carriers are not; smoothed codes are less
+// noisy, and their reported accuracy is valid.
 TEST(Signals, AreCombinedAndSmoothedInFixes) {
   const test::TemporaryFolder folder;
   const std::string noise =
@@ -437,7 +437,7 @@ TEST(Signals, AreCombinedAndSmoothedInFixes) {
     count += epoch.receiver == 4;
   }
   EXPECT_GT(best_one, 1);
-  EXPECT_LT(worst_all, 0.05);  // the prior of 100 m leaves a thousandth
+  EXPECT_LT(worst_all, 0.05);  // the prior of 100 m leaves 0.1 %
   EXPECT_LT(worst_modelled, 1e-3);
   EXPECT_LT(worst_estimate, 0.05);
   EXPECT_LT(std::sqrt(smooth), 0.25 * std::sqrt(raw));

@@ -1,5 +1,5 @@
-// What receivers state under faults drawn at random: finite, with covariances that are positive
-// semi-definite, and the same status in every output.
+// Outputs of receivers under random faults: finite, with positive semi-definite covariances, and the same
+// status in every output.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -27,7 +27,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-/// Eigenvalues are no more negative than rounding makes them.
+/// Eigenvalues are non-negative to rounding.
 bool positive(const Eigen::Matrix3d& c) {
   const Eigen::Vector3d deviations = c.diagonal().cwiseMax(1e-30).cwiseSqrt();
   const Eigen::Matrix3d correlations =
@@ -44,7 +44,7 @@ double r8(std::string_view bytes, std::size_t at) {
   return value;
 }
 
-/// Holds each epoch of the rover, the first receiver, against what its outputs say.
+/// Compares each epoch of the rover, the first receiver, with its outputs.
 class Outputs final : public simulation::EpochSink {
  public:
   explicit Outputs(const simulation::Simulation& simulation) {

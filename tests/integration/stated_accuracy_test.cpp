@@ -1,4 +1,4 @@
-// Errors of published fixes beside the accuracy that they state.
+// Errors of published fixes compared with their reported accuracy.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 namespace canyon {
 namespace {
 
-/// Counts of fixes, and of errors of at most twice the stated deviation, horizontally and vertically.
+/// Counts of fixes, and of errors of at most twice the reported deviation, horizontally and vertically.
 struct Within {
   int fixes = 0, horizontal = 0, vertical = 0;
 
@@ -42,8 +42,8 @@ struct Within {
   }
 };
 
-// Other errors from space with each seed. They last longer than the minute, so that each seed counts once or
-// not.
+// Different range errors with each seed. They last longer than a minute, so each seed yields one independent
+// result.
 TEST(StatedAccuracy, HoldsUnderAnOpenSky) {
   Within within;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {

@@ -30,7 +30,7 @@ namespace {
 namespace fs = std::filesystem;
 using gnss::System;
 
-/// Files of a receiver that tracks what both UBX and RTKLIB have names for.
+/// Files of a receiver that tracks the signals named in both UBX and RTKLIB.
 struct Files {
   explicit Files(const std::string& scenario) {
     const auto simulation = test::prepare(
@@ -71,7 +71,7 @@ const Files& nominal() {
   return files;
 }
 
-/// A run in a street, where satellites come and go and phases slip.
+/// A run in a street, where satellites appear and disappear and phases slip.
 const Files& street() {
   static const Files files(
       "city: {synthetic: {blocks_east: 4, blocks_north: 4, seed: 5}}\n"
@@ -82,7 +82,7 @@ const Files& street() {
 }
 
 // UBX has the clock's reading, which RINEX rounds to 100 ns. Both files have thousandths of metre and cycle;
-// UBX has Dopplers as 32-bit floats and C/N0 in whole dB-Hz.
+// UBX has Dopplers as 32-bit floats and C/N0 in integer dB-Hz.
 double phase_sigma(const receiver::ReceiverEpoch& epoch, gnss::SatelliteId id, const gnss::Signal* signal) {
   for (const receiver::SatelliteObservation& s : epoch.satellites) {
     if (s.id != id) continue;
@@ -129,7 +129,7 @@ TEST_P(UbxObservations, AreThoseOfReceiverObs) {
       EXPECT_NEAR(mine.cn0_dbhz.value(), other.cn0_dbhz.value(), 0.501);
       ++values;
       if (mine.carrier_phase_cycles && !other.carrier_phase_cycles) {
-        // RTKLIB drops phases whose deviation is beyond five steps of 0.004 cycles.
+        // RTKLIB drops phases with a deviation above five steps of 0.004 cycles.
         EXPECT_GT(phase_sigma(measured[i], key.first, mine.signal), 0.02);
         ++dropped;
         continue;
@@ -155,8 +155,7 @@ TEST_P(UbxObservations, AreThoseOfReceiverObs) {
   EXPECT_LT(worst_hz, 1.3e-3);
 }
 
-/// How far the records of convbin's file lie from those of ours with the same toe, over the hour behind it
-/// [m].
+/// Distance of the records of convbin's file from Canyon's with the same toe, over the following hour [m].
 struct Loss {
   int records = 0;
   double orbit_m = 0, clock_m = 0;
@@ -175,7 +174,7 @@ void compare(const std::vector<Record>& ours, const std::vector<Record>& theirs,
     ASSERT_NE(mine, nullptr) << gnss::to_string(decoded.id);
     Loss& loss = losses[decoded.id.system];
     ++loss.records;
-    // GLONASS records serve a quarter of an hour on either side.
+    // GLONASS records are valid for a quarter of an hour before and after.
     const double span_s = decoded.id.system == System::GLONASS ? 900 : 3600;
     for (const double age_s : {-0.5 * span_s, 0.0, 0.5 * span_s, span_s}) {
       const auto a = orbit::propagate(*mine, mine->toe + age_s),
@@ -205,7 +204,7 @@ std::map<System, Loss> losses(const fs::path& folder) {
     std::cout << gnss::name(system) << ": " << loss.records << " records, orbit within " << loss.orbit_m
               << " m, clock within " << loss.clock_m << " m\n";
   }
-  // Page 18, where there is one: alpha and beta fit their fields.
+  // Page 18, if there is one: alpha and beta fit into their fields.
   if (ours.klobuchar.count(System::GPS) > 0 && theirs.klobuchar.count(System::GPS) > 0) {
     for (std::size_t i = 0; i < 4; ++i) {
       EXPECT_NEAR(theirs.klobuchar.at(System::GPS).alpha[i], ours.klobuchar.at(System::GPS).alpha[i],
@@ -219,7 +218,7 @@ std::map<System, Loss> losses(const fs::path& folder) {
 }
 
 // A nominal sky's exact orbits are rounded to the steps of the fields: angles of 2^-31 semicircles are 2 cm
-// at 26,600 km, angular rates another 2 cm in an hour; of GLONASS 2^-11 km are 0.24 m in each axis and 2^-20
+// at 26,600 km, angular rates another 2 cm in an hour; for GLONASS 2^-11 km are 0.24 m in each axis and 2^-20
 // km/s 0.4 m in a quarter of an hour.
 TEST(UbxFiles, GiveTheEphemeridesOfANominalSkyToTheirFields) {
   CANYON_NEEDS_PROGRAM("convbin");
@@ -268,7 +267,7 @@ double worst_m(const Solutions& a, const Solutions& b) {
   return worst;
 }
 
-// Single points from what convbin made of receiver.ubx against those of receiver.obs and sky.nav.
+// Single point fixes from convbin's output of receiver.ubx compared with those of receiver.obs and sky.nav.
 TEST(UbxFiles, AreSolvedByRtklibAsTheRinexFilesAre) {
   CANYON_NEEDS_PROGRAM("convbin");
   CANYON_NEEDS_PROGRAM("rnx2rtkp");
@@ -288,7 +287,7 @@ TEST(UbxFiles, AreSolvedByRtklibAsTheRinexFilesAre) {
   EXPECT_LT(all_m, 0.5);
 }
 
-// Ephemerides that satellites once broadcast come back as they were: fields to the last digit that RINEX had.
+// Broadcast ephemerides are read back unchanged: fields to the last digit in RINEX.
 TEST(UbxFiles, GiveRecordedEphemeridesBackAsTheyWere) {
   CANYON_NEEDS_PROGRAM("convbin");
   CANYON_NEEDS_PROGRAM("rnx2rtkp");
@@ -301,8 +300,8 @@ TEST(UbxFiles, GiveRecordedEphemeridesBackAsTheyWere) {
     EXPECT_LT(loss.orbit_m, 1e-3) << gnss::name(system);
     EXPECT_LT(loss.clock_m, 1e-3) << gnss::name(system);
   }
-  // UBX sends only E1-B's of Galileo's two messages, but RTKLIB would take either of sky.nav. It also takes
-  // the group delays of a satellite's first record at all times. So only messages that were sent may stay.
+  // UBX sends only E1-B's of Galileo's two messages, but RTKLIB would use both of sky.nav. It also always
+  // uses the group delays of a satellite's first record. So only sent messages may remain.
   gnss::NavigationData sent = rinex::read_rinex_navigation(run.folder / "sky.nav");
   const gnss::NavigationData decoded = rinex::read_rinex_navigation(run.folder / "judged.nav");
   const auto not_sent = [&](const gnss::KeplerEphemeris& e) {
@@ -324,7 +323,7 @@ class UbxForGpsd : public testing::TestWithParam<UbxGeneration> {};
 INSTANTIATE_TEST_SUITE_P(OfBothGenerations, UbxForGpsd,
                          testing::Values(UbxGeneration::F9, UbxGeneration::M8));
 
-// Fix, DOP, satellites; and no position where there is no fix.
+// Fix, DOP, satellites; and no position without a fix.
 TEST_P(UbxForGpsd, IsRead) {
   CANYON_NEEDS_PROGRAM("gpsdecode");
   const test::TemporaryFolder folder;
@@ -393,7 +392,7 @@ TEST_P(UbxForGpsd, IsRead) {
   EXPECT_GE(fixes, 14);
   EXPECT_GE(no_fixes, 3);
   EXPECT_GE(skies, 12);
-  // Steps of 1e-7 deg and 1 mm: 5.6 mm in latitude, as much in longitude at the equator, 0.5 mm.
+  // Steps of 1e-7 deg and 1 mm: 5.6 mm in latitude, the same in longitude at the equator, 0.5 mm.
   EXPECT_LT(worst_m, 8e-3);
 }
 

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Whether the bench calls the same winner as recorded streets: filters of fixes, ranked on made-up drives and on recordings.
+"""Compares rankings of fix filters by the bench's synthetic drives and by recordings.
 
     bench.py CANYON DATA OUT [--receivers ublox-m10 ...] [--seeds 5]
 
-CANYON and DATA are those of transfer.py. The filters are those of fix_filters.py, behind fixes of single epochs at 1 Hz. Of the pairs
+CANYON and DATA are those of transfer.py. The filters are those of fix_filters.py, applied to fixes of single epochs at 1 Hz. Of the pairs
 of filters that a recording decides (pairs.py), prints the share that the bench's drives without faults order alike: by mean
 error up to 100 m, by errors beyond 10 m and beyond 30 m.
 """

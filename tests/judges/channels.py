@@ -1,15 +1,15 @@
 #!/usr/bin/python3
-"""What channels do, recorded beside simulated: frozen Dopplers, onsets of large errors, losses by elevation.
+"""Behaviour of channels, recorded and simulated: frozen Dopplers, onsets of large errors, losses by elevation.
 
     channels.py CANYON DATA OUT [--seeds 3] [--only NAME ...]
 
-CANYON, DATA, OUT, and names are those of transfer.py, whose runs in OUT are used again. Prints, of each recording and of the
+CANYON, DATA, OUT, and names are those of transfer.py, whose runs in OUT are reused. Prints, for each recording and for the
 mean of the seeds:
-  frozen   share of measurements whose Doppler is that of the epoch before to the last digit, by C/N0 [dB-Hz]; their number in a row
+  frozen   fraction of measurements with exactly the Doppler of the previous epoch, by C/N0 [dB-Hz]; their number in a row
   onsets   errors of pseudoranges that rise above 80 m, from below 40 m if there is no gap: how many, how many of them follow an
            epoch without the satellite, median C/N0
-  lost     share of satellites that are not tracked, by elevation [deg] and by angle over the map's skyline [deg]
-The last two are of `canyon validate` with the drive's scenario: satellites that the recording never tracks are left out.
+  lost     fraction of satellites that are not tracked, by elevation [deg] and by angle over the map's skyline [deg]
+The last two are of `canyon validate` with the drive's scenario: satellites never tracked in the recording are omitted.
 """
 import gzip
 import json
@@ -65,7 +65,7 @@ def take(found, name, types, line, first, epoch):
 
 
 def frozen(observations):
-    """Counts by C/N0: all measurements with one in the epoch before, and those with its Doppler; lengths of rows of these."""
+    """Counts by C/N0: all measurements with a previous epoch, and those with its Doppler; lengths of rows of these."""
     counts, rows = np.zeros((2, len(CN0) - 1)), []
     for series in dopplers(observations.path.read_text()).values():
         row = 0
@@ -153,7 +153,7 @@ def main():
             return tables
 
         scenario = transfer.scenario_text(name)
-        own = view(1, re.sub("  roofs_m: .*\n", "", scenario))[0]  # skylines as the map has them
+        own = view(1, re.sub("  roofs_m: .*\n", "", scenario))[0]  # skylines of the map
         for seed in range(1, args.seeds + 1):
             drive.simulate("Canyon", seed)
             counts, rows = frozen(drive.simulated["Canyon", seed])

@@ -1,9 +1,9 @@
-"""Twenty-five filters of fixes, as users run them behind a receiver: medians, smoothing, Kalman filters of constant velocity."""
+"""Twenty-five filters of fixes, as used after a receiver: medians, smoothing, Kalman filters of constant velocity."""
 import numpy as np
 
 MEDIANS_S = (3, 5, 9)
 SMOOTHING_S = (2, 5, 10)  # time constants
-# Deviation of a fix [m], acceleration [m/s^2 in 1 s], gate [deviations], reset after rejected fixes for so long [s], smoothed backwards.
+# Deviation of a fix [m], acceleration [m/s^2 in 1 s], gate [deviations], reset after this time of rejected fixes [s], smoothed backwards.
 KALMAN = [(s, a, np.inf, np.inf, False) for s in (3, 10, 30) for a in (0.5, 2)]
 KALMAN += [(s, 1, gate, reset, False) for s in (5, 15) for gate in (2.5, 4) for reset in (3, 10)]
 KALMAN += [(s, 1, 4, np.inf, False) for s in (5, 15)]
@@ -60,7 +60,7 @@ def kalman(t, fixes):
     accepted = np.full(count, -np.inf)  # time of the last fix that passed
     x, v = np.zeros((count, 2)), np.zeros((count, 2))
     pp, pv, vv = np.zeros(count), np.zeros(count), np.zeros(count)
-    kept = []  # of each epoch: state and covariance before and after its fix
+    kept = []  # per epoch: state and covariance before and after its fix
     for k in range(started[0], len(t)):
         dt = t[k] - t[k - 1] if k > started[0] else 0.0
         x = x + v * dt

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""GNSS-SDR receives samples of `canyon iq` under an open sky, and is compared with what Canyon measures.
+"""GNSS-SDR receives samples of `canyon iq` under an open sky, and is compared with Canyon's measurements.
 
 usage: tests/judges/gnss_sdr.py CANYON [--signals L1CA,E1] [--seconds 110] [--keep FOLDER]
 
 All satellites above 15 degrees but one must be tracked and their ephemerides be decoded; positions must be within
 METRES of the truth (median); observations are single differences over the satellites of a signal: codes, phases and
-C/N0 against Canyon's without noise. Exit status 77, and SKIPPED, where gnss-sdr is not installed.
+C/N0 against Canyon's without noise. Exit status 77, and SKIPPED, if gnss-sdr is not installed.
 """
 import argparse
 import csv
@@ -21,9 +21,9 @@ import sys
 import tempfile
 import typing
 
-# For each signal: band and rate of its file, what GNSS-SDR calls it, RINEX band, system, its C/N0 against Canyon's:
-# E1 is tracked by its pilot alone, half of the power, and by a BOC(1,1) replica, 10/11 of a CBOC's power; L2C by the code
-# CM, which is half of it, while the replica stands in CL's time too. It has the codes of the first 33 satellites of B1I.
+# For each signal: band and rate of its file, its name in GNSS-SDR, RINEX band, system, its C/N0 against Canyon's:
+# E1 is tracked by its pilot only, half of the power, and by a BOC(1,1) replica, 10/11 of a CBOC's power; L2C by the code
+# CM, which is half of it, while the replica is also in CL's time. It has the codes of the first 33 satellites of B1I.
 SIGNALS = {
     'L1CA': dict(band='L1', rate=4e6, name='1C', rinex='1', system='G', loss_db=0,
                  acquisition='GPS_L1_CA_PCPS_Acquisition', tracking='GPS_L1_CA_DLL_PLL_Tracking',
@@ -62,10 +62,10 @@ SYSTEMS = {'G': 'GPS', 'E': 'Galileo', 'C': 'BeiDou', 'R': 'GLONASS'}
 METRES = 5.0          # of a position, median
 MASK_DEG = 15.0
 LIGHT = 299792458.0
-# GPS time less that of a RINEX file: of GLONASS it is UTC. GNSS-SDR writes GPS time under the label BDT, too.
+# GPS time minus that of a RINEX file: UTC for GLONASS. GNSS-SDR also writes GPS time under the label BDT.
 LATER_S = {'GLO': 18}
 LARGEST_M = 900.0     # of a code on a signal, not on noise
-PULL_IN_S = 1.0       # of GNSS-SDR's loops behind an acquisition
+PULL_IN_S = 1.0       # of GNSS-SDR's loops after an acquisition
 LATITUDE, LONGITUDE, HEIGHT = 48.1, 11.5, 502.0
 
 SCENARIO = '''\
@@ -168,12 +168,12 @@ def observations(path):
 
 
 def value(row, kind, band):
-    """The value of a kind of observation, whatever the attribute."""
+    """The value of a kind of observation, for any attribute."""
     return next((v for code, v in row.items() if code[:2] == kind + band), None)
 
 
 def compare(signal, ours, theirs, elevations):
-    """Rows of figures, and failures."""
+    """Rows of metrics, and failures."""
     s = SIGNALS[signal]
     names = sorted({n for epoch in theirs.values() for n in epoch if n[0] == s['system']})
     code, phase, cn0 = {}, {}, {}
@@ -191,10 +191,10 @@ def compare(signal, ours, theirs, elevations):
         if len(both) < 3:
             continue
         mean = statistics.fmean(p['C'][0] - p['C'][1] for p in both.values())
-        # By its clock; of GLONASS alone GNSS-SDR does not set it.
+        # By its clock; GNSS-SDR does not set it with GLONASS only.
         early_s = mean / LIGHT
         for p in both.values():
-            cycles = -p['D'][1] * early_s    # that the phase changes in this time
+            cycles = -p['D'][1] * early_s    # phase change in this time
             wavelength = abs(p['C'][1] / p['L'][1])
             p['C'] = (p['C'][0] + cycles * wavelength, p['C'][1])
             if None not in p['L']:
@@ -207,7 +207,7 @@ def compare(signal, ours, theirs, elevations):
                 cn0.setdefault(n, []).append(p['S'][0] - p['S'][1])
             if None not in p['L'] and len(whole) == len(both):
                 phase.setdefault(n, []).append((time, p['L'][0] - p['L'][1]))
-    # GNSS-SDR may lock on noise or on a side peak of E1 at first, and then has no ephemeris in time: one is left out.
+    # GNSS-SDR may lock on noise or on a side peak of E1 at first, and then has no ephemeris in time: one is omitted.
     failures = []
     missing = [f'{signal}: {n} at {elevation:.0f} deg has {len(code.get(n, []))} observations'
                for n, elevation in sorted(elevations.items())
@@ -216,8 +216,8 @@ def compare(signal, ours, theirs, elevations):
         failures += missing
     elif missing:
         print(f'left out: {missing[0]}')
-    # Phases: each satellite's first difference is its ambiguity; what all have in common is the clock. The last third,
-    # of C/N0 too: loops have pulled in by then.
+    # Phases: each satellite's first difference is its ambiguity; the common part is the clock. The last third,
+    # also for C/N0: loops have pulled in by then.
     drift = {}
     if phase:
         times = set.intersection(*(set(t for t, _ in v) for v in phase.values()))
@@ -247,9 +247,9 @@ def compare(signal, ours, theirs, elevations):
 
 
 def with_channels(text, signals, satellites):
-    """configuration() of these signals with a channel for each satellite, so that none waits for a search for others."""
+    """configuration() of these signals with a channel for each satellite, so that none waits for the search of others."""
     lines, number = [], 0
-    for s in (s for signal, s in SIGNALS.items() if signal in signals):    # in GNSS-SDR's order, numbered through
+    for s in (s for signal, s in SIGNALS.items() if signal in signals):    # in GNSS-SDR's order, numbered consecutively
         of = [n for n in satellites if n[0] == s['system']]
         text = text.replace(f"Channels_{s['name']}.count=11", f"Channels_{s['name']}.count={len(of)}")
         for n in of:
@@ -259,16 +259,16 @@ def with_channels(text, signals, satellites):
 
 
 # A record of GNSS-SDR's dump of a channel: magnitude of the prompt correlator, start of a code period [samples, and the
-# fraction behind it], C/N0, satellite.
+# fraction after it], C/N0, satellite.
 RECORD = struct.Struct('<8xf16xQ36xf4xf8xI')
 
 
 def receive_channels(folder, samples, satellites, spacing_chips, item='ibyte', rate=4e6):
     """GNSS-SDR with one channel for each GPS satellite, L1 C/A, in `folder`: {satellite: [(s, T, power, C/N0)]}.
 
-    Loops as a Canyon receiver of integration_s 0.02 has them: 1 Hz, first order, early-late power; a phase loop of 10 Hz.
+    Loops as in a Canyon receiver with integration_s 0.02: 1 Hz, first order, early-late power; a phase loop of 10 Hz.
     A code period begins at s seconds since the first sample; T [s] is the integration, 1 ms before the channel has found
-    the edges of the bits; power of the sum of all its samples; C/N0 [dB-Hz] as GNSS-SDR states it.
+    the edges of the bits; power of the sum of all its samples; C/N0 [dB-Hz] reported by GNSS-SDR.
     """
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
@@ -333,14 +333,14 @@ class Sight(typing.NamedTuple):
     """A receiver's values for a satellite at an instant."""
     error_m: float         # of the code; nan: not measured
     cn0_dbhz: float        # at the correlator
-    stated_dbhz: float     # as the receiver states it
+    stated_dbhz: float     # as reported by the receiver
     measured: bool
 
 
 def sights(channel, truth, noise_power=0.0):
-    """{tenths of a second: Sight} of a channel of receive_channels, measured where it has the bits' edges.
+    """{tenths of a second: Sight} of a channel of receive_channels, measured if it has the bits' edges.
 
-    With the noise's power of a sample C/N0 is the prompt correlator's power over the noise's within 50 ms, and what has
+    With the noise's power of a sample C/N0 is the prompt correlator's power over the noise's within 50 ms, and a signal with
     25 dB-Hz and a code within LARGEST_M is measured, with or without the bits' edges.
     """
     near = {}
@@ -365,7 +365,7 @@ def sights(channel, truth, noise_power=0.0):
 
 
 def of_channels(folder, ours, rate, band):
-    """As observations(), of the codes and C/N0 in the dumps of channels; which whole millisecond is by ours."""
+    """As observations(), of the codes and C/N0 in the dumps of channels; the whole millisecond is from Canyon's."""
     begin, truth = min(ours), {}
     for time, epoch in ours.items():
         for n, row in epoch.items():
@@ -397,7 +397,7 @@ def sights_of(table, truth):
 
 
 def metres(latitude, longitude, height):
-    """East, north, up from the truth; good to a millimetre near it."""
+    """East, north, up from the truth; accurate to a millimetre near it."""
     a, e2 = 6378137.0, 6.69437999014e-3
     sine = math.sin(math.radians(LATITUDE))
     n = a / math.sqrt(1 - e2 * sine * sine)
@@ -407,7 +407,7 @@ def metres(latitude, longitude, height):
 
 
 def run_judge(parser, judge):
-    """Exit status of judge(options, canyon, folder), which returns failures; `parser` gets CANYON and --keep."""
+    """Exit status of judge(options, canyon, folder), which returns failures; adds CANYON and --keep to `parser`."""
     parser.add_argument('canyon')
     parser.add_argument('--keep')
     options = parser.parse_args()
@@ -463,7 +463,7 @@ def judge(options, canyon, folder):
     failures, rows = [], []
     recorded = sorted((folder / 'theirs').glob('*O'))
     theirs = observations(recorded[0]) if recorded else {}
-    if signals == ['L2C']:    # of which GNSS-SDR writes no RINEX
+    if signals == ['L2C']:    # GNSS-SDR writes no RINEX for it
         theirs = of_channels(folder / 'theirs', ours, rate, SIGNALS['L2C']['rinex'])
     if not theirs:
         print(log[-3000:])

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""GNSS-SDR on samples with jammers and spoofers of `canyon iq`, beside what Canyon's receiver states for the same scenario.
+"""GNSS-SDR on samples with jammers and spoofers of `canyon iq`, compared with Canyon's receiver in the same scenario.
 
 usage: tests/judges/gnss_sdr_attack.py CANYON [--only noise,chirp] [--keep FOLDER]
 
 Under an open sky the power of a jammer rises in steps: C/N0 and lock of each satellite at each step. A spoofer that
-begins in line with the true signals draws codes and clock off: both receivers follow, or neither. Exit status 77, and
-SKIPPED, where gnss-sdr is not installed.
+begins in alignment with the true signals pulls off codes and clock: both receivers follow, or neither. Exit status 77, and
+SKIPPED, if gnss-sdr is not installed.
 """
 import argparse
 import statistics
@@ -48,7 +48,7 @@ JAMMERS = {
 }
 JAMMER = ('{{name: step {i}, from_s: {begin}, duration_s: {step}, jamming: {{position: {{east_m: 100, north_m: 0, up_m: 2}}, '
           'polarisation: right, emissions: [{{{sends}, power_dbm: {power}}}]}}}}')
-# For each spoofer: advantage [dB], carrier, and the speed at which its clock is drawn off [m/s], within 4 s or at once.
+# For each spoofer: advantage [dB], carrier, and the speed of the pull-off of its clock [m/s], within 4 s or at once.
 SPOOFERS = {
     'spoofer 10 dB': (10, 'follows_code', 4),
     'spoofer 3 dB': (3, 'follows_code', 4),
@@ -58,19 +58,19 @@ SPOOFERS = {
 }
 SPOOFER = ('{{name: spoofer, from_s: 14, spoofing: {{position: {{east_m: 100, north_m: 0, up_m: 20}}, advantage_db: {advantage}, '
            'carrier: {carrier}, pull_off: {{hold_s: 6, rate_mps: {rate}, acceleration_mps2: {acceleration}, clock_m: 2000}}}}}}')
-DRAWN_OFF_M = 400       # more than a chip, so that both signals are apart
-CN0_DB = {'tone': 3.0}    # of a step, mean over the satellites; a tone meets lines of codes, and Canyon's codes are smooth
+DRAWN_OFF_M = 400       # more than a chip, so that both signals are separate
+CN0_DB = {'tone': 3.0}    # of a step, mean over the satellites; a tone coincides with spectral lines of codes; Canyon's code spectra are smooth
 USUAL_CN0_DB = 1.0
 
 
 def run(canyon, folder, name, faults, seconds, antenna):
-    """Samples, both receivers: ours of satellites.csv by satellite and tenths of a second, theirs likewise."""
+    """Samples, both receivers: ours of satellites.csv by satellite and tenths of a second, theirs in the same form."""
     work = folder / name.replace(' ', '_').replace('/', '')
     work.mkdir(exist_ok=True)
     for file, attack in (('attack', faults), ('clear', '')):
         (work / f'{file}.yaml').write_text(SCENARIO.format(seconds=seconds, threshold=THRESHOLD_DBHZ, antenna=antenna, faults=attack and f'faults: [{attack}]\n'))
         subprocess.run([canyon, 'simulate', f'{file}.yaml', '--out', file, '--quiet'], cwd=work, check=True)
-    # Room for jammers: 20 times the noise.
+    # Headroom for jammers: 20 times the noise.
     subprocess.run([canyon, 'iq', 'attack.yaml', '--out', 'attack.iq', '--quiet', '--format', 'int16', '--noise-level', '0.01'],
                    cwd=work, check=True)
     truth = gnss_sdr.ranges(work / 'clear/satellites.csv')
@@ -99,7 +99,7 @@ def jam(name, ours, theirs):
                       if sum(has(n, k) for k in last) > 9 and mine[n] > THRESHOLD_DBHZ}
         locked = {n for n in clear if ours[n][last[-1]].measured}
         theirs_locked = {n for n in clear if has(n, last[-1])}
-        # Near the threshold either is right.
+        # Near the threshold both results are accepted.
         clearly = {n for n in clear if abs(mine[n] - THRESHOLD_DBHZ) > 3}
         agree += len(clearly) - len((locked ^ theirs_locked) & clearly)
         of += len(clearly)
@@ -116,7 +116,7 @@ def jam(name, ours, theirs):
 
 
 def spoof(name, ours, theirs, shown_m):
-    """By the last half second: who follows."""
+    """The receivers that follow, by the last half second."""
     followed = {}
     for who, errors in (('Canyon', ours), ('GNSS-SDR', theirs)):
         end = {n: [sight.error_m for _, sight in sorted(errors[n].items()) if sight.measured][-5:] for n in errors}

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Two drives in streets as samples of `canyon iq`: GNSS-SDR beside Canyon's receiver with like loops, GPS L1 C/A.
+"""Two drives in streets as samples of `canyon iq`: GNSS-SDR compared with Canyon's receiver with similar loops, GPS L1 C/A.
 
 usage: tests/judges/gnss_sdr_street.py CANYON [--data FOLDER] [--only downtown,hongkong] [--keep FOLDER]
 
 The demo's downtown and, where its data is (../shared/data), two minutes of the recorded drive in Hong Kong
 (examples/urbannav_tst_m8t.yaml). Code errors against the true pseudoranges, C/N0, and who measures when. Exit status
-77, and SKIPPED, where gnss-sdr is not installed.
+77, and SKIPPED, if gnss-sdr is not installed.
 """
 import argparse
 import csv
@@ -72,12 +72,12 @@ trajectory: {{file: way.csv, format: csv}}
 '''
 MOST_KS, MOST_M, MOST_DB, LEAST_CORRELATION = 0.12, 1.0, 1.0, 0.7
 OFF_CARRIER_DB = 10
-WORTH_DBHZ = 35        # at some time, of a satellite that is searched for
+WORTH_DBHZ = 35        # maximum over time of a satellite that is searched
 NOISE_POWER = 2 * (0.25 * 127) ** 2    # of a sample of int8
 
 
 def true_ranges(canyon, folder, scenario):
-    """True ranges along the way that was driven, under an open sky, where nothing hides or delays a satellite."""
+    """True ranges along the driven path, under an open sky without obstructions and delays."""
     with open(folder / 'ours/clean/epochs.csv') as file, open(folder / 'way.csv', 'w') as way:
         for i, row in enumerate(csv.DictReader(file)):
             way.write(f"{i / 10},{row['true_latitude_deg']},{row['true_longitude_deg']},{row['true_height_m']}\n")
@@ -89,7 +89,7 @@ def true_ranges(canyon, folder, scenario):
 
 
 def kolmogorov_smirnov(a, b):
-    """Largest distance of the distributions."""
+    """Maximum distance of the distributions."""
     a, b = sorted(a), sorted(b)
     largest, i, j = 0.0, 0, 0
     while i < len(a) and j < len(b):
@@ -113,7 +113,7 @@ def compare(name, clean, noisy, theirs, visibility):
                 (('ours', clean), ('theirs', theirs))}
     all_epochs = sum(len([k for k in epochs[n] if k >= 20]) for n in epochs)
     both = measured['ours'] & measured['theirs']
-    # Phase loops that lost the carrier in a fade and take the code away.
+    # Phase loops that lost the carrier in a fade and pull the code away.
     off = {(n, k) for n, k in both if theirs[n][k].cn0_dbhz < clean[n][k].cn0_dbhz - OFF_CARRIER_DB}
     print(f"{name}: {all_epochs} epochs of {len(epochs)} satellites; measured by Canyon {len(measured['ours']) / all_epochs:.3f}, GNSS-SDR "
           f"{len(measured['theirs']) / all_epochs:.3f}, both {len(both) / all_epochs:.3f}; GNSS-SDR off the carrier at {len(off)} of {len(both)}")
@@ -137,7 +137,7 @@ def compare(name, clean, noisy, theirs, visibility):
                 failures.append(f'{name}: {what} {found:.2f}')
         if kind == 'all' and statistics.correlation(t, c) < LEAST_CORRELATION:
             failures.append(f'{name}: correlation {statistics.correlation(t, c):.2f}')
-    # Where GNSS-SDR's channel is while Canyon alone measures.
+    # The state of GNSS-SDR's channel while only Canyon measures.
     alone = measured['ours'] - both
     away = sum(1 for n, k in alone if k not in theirs[n])
     wrong = sum(1 for n, k in alone if k in theirs[n] and abs(theirs[n][k].error_m) > gnss_sdr.LARGEST_M)
@@ -159,7 +159,7 @@ def drive(canyon, folder, name, scenario):
     truth = true_ranges(canyon, folder, scenario)
     clean = gnss_sdr.sights_of(folder / 'ours/clean/satellites.csv', truth)
     noisy = gnss_sdr.sights_of(folder / 'ours/noisy/satellites.csv', truth)
-    # The others only cost GNSS-SDR time.
+    # The others only take GNSS-SDR's time.
     truth = {n: truth[n] for n in truth if any(sight.cn0_dbhz > WORTH_DBHZ for sight in clean[n].values())}
     clean, noisy = ({n: s[n] for n in truth} for s in (clean, noisy))
     visibility, first = {}, None

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Code errors of GNSS-SDR beside a wall, on samples of `canyon iq`, beside those of Canyon's receiver with like loops.
+"""Code errors of GNSS-SDR next to a wall, on samples of `canyon iq`, compared with Canyon's receiver with similar loops.
 
 usage: tests/judges/gnss_sdr_wall.py CANYON [--keep FOLDER]
 
-An antenna that is alike for both hands moves 4 cm/s away from a wall of 60 m, 30 m west of it; satellites in the west
-of south and behind the top of the wall have no echo and are the reference. Correlators are 1 and 0.3 chips apart.
-Exit status 77, and SKIPPED, where gnss-sdr is not installed.
+An antenna with equal gain for both polarizations moves 4 cm/s away from a wall of 60 m, 30 m west of it; satellites in the west
+of south and beyond the top of the wall have no echo and are the reference. Correlators are 1 and 0.3 chips apart.
+Exit status 77, and SKIPPED, if gnss-sdr is not installed.
 """
 import argparse
 import csv
@@ -47,7 +47,7 @@ LEAST_CORRELATION = 0.95
 
 
 def errors(folder, theirs):
-    """Code errors of GNSS-SDR and of Canyon for each satellite [m], epoch by epoch, behind the loops' first seconds."""
+    """Code errors of GNSS-SDR and of Canyon for each satellite [m], epoch by epoch, after the loops' first seconds."""
     begin = datetime.datetime(2026, 6, 1)
     detour = {}
     with open(folder / 'ours/satellites.csv') as file:

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Judge: does a classifier of NLOS signals that was trained on simulated drives beat C/N0 alone on recorded signals?
+"""Tests whether a classifier of NLOS signals trained on simulated drives is better than C/N0 alone on recorded signals.
 
     examples/datasets/make.py --canyon CANYON --out DATASET --drives 16
     labels.py CANYON DATA DATASET OUT
 
 CANYON is the program, DATA the folder of the recordings, OUT a folder for runs. Features are the receiver's C/N0 and
 the satellite's elevation. Sets of features are compared on three recordings of Hong Kong, whose labels are
-`map_visibility`, and then on the first 60 s of Berlin, whose labels are smartLoc's. The set that is best on Hong Kong
-counts; Berlin chooses nothing. Needs NumPy, pandas and scikit-learn. Run by hand.
+`map_visibility`, and then on the first 60 s of Berlin, whose labels are smartLoc's. The best set on Hong Kong
+is used; Berlin is not used for selection. Needs NumPy, pandas and scikit-learn. Run manually.
 """
 import subprocess
 import sys
@@ -31,13 +31,13 @@ SETS = {  # features: +1 or -1: the score may only rise or fall with it; "balanc
 
 
 def elevation_balance(table, hidden):
-    """Weights that give NLOS and other rows equal sums in each 5 deg of elevation: how high houses are is the city's."""
+    """Weights that give NLOS and other rows equal sums in each 5 deg of elevation: the height of houses depends on the city."""
     group = [(table.elevation // 5).rename("band"), hidden.rename("hidden")]
     return 1 / table.groupby(group).cn0.transform("count")
 
 
 def features(table):
-    """Adds to columns drive, tow, sat, cn0, elevation what a receiver knows besides."""
+    """Adds further features known to a receiver to the columns drive, tow, sat, cn0, elevation."""
     epoch, satellite = table.groupby(["drive", "tow"]).cn0, table.sort_values("tow").groupby(["drive", "sat"], group_keys=True)
     table["to_best"] = table.cn0 - epoch.transform(lambda s: s.nlargest(3).mean())
     table["to_median"] = table.cn0 - epoch.transform("median")
@@ -97,7 +97,7 @@ def main():
     canyon, data, dataset, out = map(Path, sys.argv[1:])
     table = pd.read_csv(dataset / "observations.csv")
     table = table.sort_values(["drive", "gps_tow", "carrier_frequency_hz"], ascending=[True, True, False])
-    table = table.drop_duplicates(["drive", "gps_tow", "sat"]).reset_index(drop=True)  # the first band alone
+    table = table.drop_duplicates(["drive", "gps_tow", "sat"]).reset_index(drop=True)  # only the first band
     table = table.rename(columns={"gps_tow": "tow", "cn0_dbhz": "cn0", "elevation_deg": "elevation"})
     hidden = table.visibility == "NLOS"
     print(f"trained on {len(table)} observations of {table.drive.nunique()} drives, {hidden.mean():.0%} NLOS; of these "

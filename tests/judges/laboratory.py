@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Noise of two receivers on laboratory simulators beside that of their profiles: same place, sky and C/N0.
+"""Noise of two receivers on laboratory simulators compared with their profiles: same place, sky and C/N0.
 
 usage: tests/judges/laboratory.py CANYON [--data FOLDER] [--keep FOLDER]
 
@@ -8,7 +8,7 @@ are signals at their median C/N0; other C/N0 are brought there by sigma^2 ~ 1 / 
 differences of epochs over the square root of 6, less the truth's (Canyon's without noise) and the mean of the signal's
 satellites (the clock), by the median of their size. Codes: at 1 Hz less the phase and a parabola of each satellite,
 with the correlation after 1 and 5 s; else as phases. The F9P also states its deviations (UBX-RXM-RAWX), as its own log
-does. Exit status 77, and SKIPPED, where the data is not.
+does. Exit status 77, and SKIPPED, without the data.
 """
 import argparse
 import collections
@@ -56,13 +56,13 @@ RECEIVERS = {
 }
 FIELDS = ['code', 'phase', 'Doppler', 'after 1 s', 'after 5 s']
 MOST, MOST_CORRELATION = 0.2, 0.15
-# Code [m], phase [cycles], Doppler [Hz] that the recorded F9P states at these C/N0.
+# Code [m], phase [cycles], Doppler [Hz] reported by the recorded F9P at these C/N0.
 STATED = ((0.08, 0.08), (0.004, 0.004), (0.064, 0.128))
 PULLS_IN_S = 90
 
 
 def residuals(recorded, truth, signal):
-    """{time: {satellite: (code less truth [m], phase [m], Doppler [Hz], C/N0)}}, at the receiver's true time."""
+    """{time: {satellite: (code minus truth [m], phase [m], Doppler [Hz], C/N0)}}, at the receiver's true time."""
     system, codes, wavelength, _ = SIGNALS[signal]
 
     def values(row):

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Writes made-up houses of LoD 2 as the tiles of 1 km that Germany's surveying offices hand out.
+"""Writes synthetic LoD 2 houses as 1 km tiles in the format of Germany's surveying offices.
 
     lod2_tiles.py DIR TILES HOUSES_OF_A_TILE
 
-For measuring: canyon city build DIR -o city.canyon. The same arguments give the same files.
+For measurements: canyon city build DIR -o city.canyon. The same arguments give the same files.
 """
 import math
 import os

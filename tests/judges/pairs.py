@@ -1,4 +1,4 @@
-"""Statistics of pairs of settings: which pairs a recording decides, and whether simulations agree."""
+"""Statistics of pairs of settings: pairs decided by a recording, and the agreement of simulations."""
 import numpy as np
 
 DRAWS = 2000
@@ -16,19 +16,19 @@ def block_means(values, block, draws, rng):
 
 
 def differences(means):
-    """Of each pair of the last axis: the first less the second."""
+    """For each pair of the last axis: the first minus the second."""
     first, second = np.triu_indices(means.shape[-1], 1)
     return means[..., first] - means[..., second]
 
 
 def decided(means):
-    """Of each pair -1 or 1 if the central 90 % of bootstrapped differences has that sign, else 0."""
+    """For each pair -1 or 1 if the central 90 % of bootstrapped differences has that sign, else 0."""
     low, high = np.quantile(differences(means), (0.05, 0.95), axis=0)
     return (low > 0).astype(int) - (high < 0)
 
 
 def agreement(signs, simulated):
-    """Share of the decided pairs whose simulated difference has the same sign; NaN of none. Equal is wrong."""
+    """Fraction of the decided pairs whose simulated difference has the same sign; NaN: no pairs. Equal counts as wrong."""
     pairs = signs != 0
     return np.mean(np.sign(simulated[pairs]) == signs[pairs]) if pairs.any() else np.nan
 
@@ -42,7 +42,7 @@ def student(probability, freedom):
 
 
 def coverage(recorded, seeds):
-    """Share of the recorded differences within the 90 % interval of the next seed, by the differences (seeds, pairs)."""
+    """Fraction of the recorded differences within the 90 % interval of the next seed, by the differences (seeds, pairs)."""
     count = len(seeds)
     if count < 2:
         return np.nan
@@ -58,7 +58,7 @@ def kendall(x, y):
 
 
 def ceiling(means, seeds, rng, draws=300):
-    """Mean tau of one bootstrapped recording with the mean of `seeds` others: what a perfect simulator reaches."""
+    """Mean tau of one bootstrapped recording with the mean of `seeds` others: the value of a perfect simulator."""
     taus = []
     for _ in range(draws):
         pick = rng.integers(len(means), size=seeds + 1)
@@ -68,7 +68,7 @@ def ceiling(means, seeds, rng, draws=300):
 
 
 def compare(recorded, simulated, block, seed=1):
-    """Figures of settings. `recorded`: a value of each (epoch, setting); `simulated`: the means of each (seed, setting)."""
+    """Metrics of settings. `recorded`: a value of each (epoch, setting); `simulated`: the means of each (seed, setting)."""
     rng = np.random.default_rng(seed)
     means = block_means(recorded, block, DRAWS, rng)
     signs, own, seeds = decided(means), recorded.mean(axis=0), np.asarray(simulated)

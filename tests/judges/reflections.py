@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Compares Canyon's reflections of the first order with an image method of this script's own.
+"""Compares Canyon's reflections of the first order with this script's own image method.
 
     reflections.py CANYON [--places N] [--seed S] [--mesh FILE.dae]
 
-Without --mesh the street is one of boxes of concrete, glass, brick and metal, drawn by the seed; with it, the mesh's
+Without --mesh the street has random boxes of concrete, glass, brick and metal, by the seed; with it, the mesh's
 triangles are read here (COLLADA, Z up, metres). Antennas stand at N random places outdoors. Each path of one mirror that
-either program finds must be the other's, with the same excess path and the same field: Fresnel coefficients of a half
-space by ITU-R P.2040-3, of circular waves. Prints the differences; exits with 1 where one is beyond its limit.
+found by either program must be found by the other, with the same excess path and the same field: Fresnel coefficients of a half
+space by ITU-R P.2040-3, of circular waves. Prints the differences; exits with 1 if one exceeds its limit.
 """
 import argparse
 import json
@@ -31,12 +31,12 @@ ORIGIN = (22.3, 114.17)
 # ITU-R P.2040-3, table 3: a, b, c, d.
 P2040 = {"concrete": (5.24, 0, .0462, .7822), "glass": (6.31, 0, .0036, 1.3394), "brick": (3.91, 0, .0238, .16), "metal": (1, 0, 1e7, 0),
          "stone": (7.074, 0, .0055, .9262), "wood": (1.99, 0, .0047, 1.0718), "plaster": (2.73, 0, .0085, .9395)}
-# Places where one program has a path and the other has none, for that either end is this near to an edge, or a ray to one.
+# Points where only one program has a path, since an end of the path or a ray is this close to an edge.
 EDGE_M = 0.02
 
 
 def circular(material, cosine):
-    """Fields of a wave of right-hand polarisation in right and left-hand polarisation, behind a mirror."""
+    """Fields of a wave of right-hand polarisation in right and left-hand polarisation, after a mirror."""
     a, b, c, d = P2040[material]
     eta = a * F_GHZ**b - 1j * c * F_GHZ**d / (2 * math.pi * F_GHZ * 1e9 * 8.8541878128e-12)
     w = np.sqrt(eta - (1 - cosine**2))
@@ -65,7 +65,7 @@ def boxes(seed):
 
 
 def enu(latitude_deg, longitude_deg):
-    """Rows: east, north and up there, in the Earth's axes."""
+    """Rows: local east, north and up, in the Earth's axes."""
     a, b = math.radians(latitude_deg), math.radians(longitude_deg)
     return np.array([[-math.sin(b), math.cos(b), 0], [-math.sin(a) * math.cos(b), -math.sin(a) * math.sin(b), math.cos(a)],
                      [math.cos(a) * math.cos(b), math.cos(a) * math.sin(b), math.sin(a)]])
@@ -82,7 +82,7 @@ def write_obj(path, triangles, materials):
 
 
 def read_collada(path):
-    """Triangles of <triangles> of all geometries, as they stand: for a mesh whose nodes do not move them."""
+    """Triangles of <triangles> of all geometries, unchanged: for a mesh without transforms in nodes."""
     root = xml.etree.ElementTree.parse(path).getroot()
     ns = {"c": root.tag[1:root.tag.index("}")]}
     all_triangles = []
@@ -109,7 +109,7 @@ class Scene:
         self.n = normal / np.where(self.sound, length, 1)[:, None]
 
     def hits(self, origin, way, far):
-        """How far the segment's nearest obstacle is, in lengths of `way` (inf: none). Moller and Trumbore, all triangles."""
+        """Distance of the segment's nearest obstacle, in lengths of `way` (inf: none). Moller and Trumbore, all triangles."""
         h = np.cross(way, self.e2)
         det = np.einsum("ij,ij->i", self.e1, h)
         with np.errstate(all="ignore"):
@@ -129,7 +129,7 @@ class Scene:
         return self.hits(origin + skip_m * unit, unit, length - 2 * skip_m) < math.inf
 
     def at(self, point):
-        """Triangles whose planes the point is on."""
+        """Triangles with the point in their plane."""
         return np.flatnonzero(np.abs(np.einsum("ij,ij->i", point - self.a, self.n)) < 1e-3)
 
     def near_edge(self, i, point):
@@ -174,7 +174,7 @@ class Scene:
 
 
 def shadow_edge(scene, antenna, point, satellite):
-    """Whether a ray a little beside one of the two meets something else: the place is at a shadow's edge."""
+    """Whether a slightly shifted ray of the two hits another surface: the point is at a shadow's edge."""
     answers = set()
     unit = (satellite - point) / np.linalg.norm(satellite - point)
     for shift in np.vstack([np.zeros(3), np.eye(3), -np.eye(3)]) * EDGE_M:
@@ -224,7 +224,7 @@ def main():
             for right, left in zip(told["right"]["satellites"], told["left"]["satellites"]):
                 azimuth, elevation = math.radians(right["azimuth_deg"]), math.radians(right["elevation_deg"])
                 unit = np.array([math.cos(elevation) * math.sin(azimuth), math.cos(elevation) * math.cos(azimuth), math.sin(elevation)])
-                # The angles are of the antenna's horizon, the mesh has that of its origin.
+                # The angles are relative to the antenna's horizon, the mesh to that of its origin.
                 unit = enu(*ORIGIN) @ enu(told["right"]["latitude_deg"], told["right"]["longitude_deg"]).T @ unit
                 satellite = here + right["range_m"] * unit
                 own = scene.reflections(here, satellite)
@@ -241,7 +241,7 @@ def main():
                     theirs.remove(match[0])
                     excess_off.append(abs(match[0][0]["excess_path_m"] - excess))
                     co, cross = circular(materials[i] if materials is not None else match[0][0]["material"], cosine)
-                    # The loss is against the direct path, which the left-hand antenna has 100 dB weaker.
+                    # The loss is relative to the direct path, which is 100 dB weaker in the left-hand antenna.
                     for path, field, direct_db in ((match[0][0], co, 0), (match[0][1], cross, -100)):
                         if field > 1e-3:
                             field_off.append(abs(direct_db - path["loss_db"] - 20 * math.log10(field)))

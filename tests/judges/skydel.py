@@ -3,8 +3,8 @@
 
     skydel.py CANYON [DATA]
 
-DATA is ../shared/data/skydel-20230108. Prints the tables of docs/results.md. Exits with 1 where a figure is beyond its
-limit, with 77 where DATA is not there.
+DATA is ../shared/data/skydel-20230108. Prints the tables of docs/results.md. Exits with 1 if a metric exceeds its
+limit, with 77 without DATA.
 """
 import bisect
 import csv
@@ -16,10 +16,10 @@ import subprocess
 import sys
 import tempfile
 
-# Skydel's name, Canyon's system and signal, carrier; least agreement: pseudorange [m], Doppler [Hz], ionosphere [m].
-# Skydel's own: E5a carries all of gamma BGD, GLONASS's records have no drift, B2a's ionosphere is not scaled, C01 to
+# Skydel's name, Canyon's system and signal, carrier; required agreement: pseudorange [m], Doppler [Hz], ionosphere [m].
+# Skydel's peculiarities: E5a has all of gamma BGD, GLONASS's records have no drift, B2a's ionosphere is not scaled, C01 to
 # C05, C59 and C60 are another orbit, elevations in its troposphere are geocentric (DATA/README.md). SBAS: records of
-# 09:59, with satellites called healthy, for 6 minutes.
+# 09:59, with satellites marked healthy, for 6 minutes.
 SIGNALS = [
     ("L1CA", "G", "L1CA", 1e-3, 1e-3, .10), ("L1C", "G", "L1C", 1e-3, 1e-3, .10), ("L2C", "G", "L2C", 1e-3, 1e-3, .15),
     ("L5", "G", "L5", 1e-3, 1e-3, .15),
@@ -62,7 +62,7 @@ def simulate(canyon, data, folder, atmosphere):
             continue
         with gzip.open(os.path.join(data, name), "rt") as source:
             lines = source.read().splitlines()
-        if "_SN." in name:  # call its satellites healthy
+        if "_SN." in name:  # mark its satellites healthy
             lines = [x[:61] + " 0.000000000000E+00" if lines[i - 1].startswith("S") else x for i, x in enumerate(lines)]
         files.append(os.path.join(folder, name[:-3]))
         with open(files[-1], "w", encoding="utf-8") as copy:
@@ -89,7 +89,7 @@ def elevation_deg(row, geocentric):
 
 
 def pairs(data, name, ours):
-    """(signal's row of SIGNALS, Skydel's row, Canyon's row) of what both have."""
+    """(signal's row of SIGNALS, Skydel's row, Canyon's row) of rows in both."""
     known = {s[0]: s for s in SIGNALS}
     with gzip.open(os.path.join(data, name), "rt") as table:
         for row in csv.DictReader(table):

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Draws one street four times: recorded, by Canyon, as Gazebo Sim and as PX4 have it by default. The README's first picture.
+"""Draws one street four times: recorded, by Canyon, and with the defaults of Gazebo Sim and PX4. The README's first picture.
 
     street.py CANYON DATA PICTURE [--recording tst-21-f9p] [--seed 1] [--from-s 0] [--until-s 1000]
 
-Recorded and simulated pseudoranges are solved alike, each epoch alone, by `canyon validate`. CANYON and DATA: as in transfer.py.
+Recorded and simulated pseudoranges are solved in the same way, each epoch alone, by `canyon validate`. CANYON and DATA: as in transfer.py.
 """
 import argparse
 import subprocess
@@ -21,7 +21,7 @@ import transfer  # noqa: E402
 
 
 def px4_errors(count, rng):
-    """PX4's sensor_gps_sim at 8 Hz, once a second (transfer.RIVALS)."""
+    """PX4's sensor_gps_sim at 8 Hz, once per second (transfer.RIVALS)."""
     x, errors = np.zeros(2), []
     for k in range(8 * count):
         x = 0.76 * x + 0.016 * rng.normal(size=2)

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Judge: run 1 of Tokyo (a car, a mosaic-X5, July 2024) beside simulations of it, by receivers and obstacles.
+"""Compares run 1 of Tokyo (a car, a mosaic-X5, July 2024) with its simulations, by receivers and obstacles.
 
     tokyo.py CANYON DATA OUT [--seeds 1] [--duration S] [--only NAME ...]
 
@@ -65,7 +65,7 @@ def rows(path):
 
 
 def recorded(data):
-    """Truth as lines of a trajectory file; tow: satellites tracked; tow: (horizontal, vertical error) where it is known."""
+    """Truth as lines of a trajectory file; tow: satellites tracked; tow: (horizontal, vertical error) if known."""
     truth = [(float(r["gps_tow_s"]), ",".join([r["gps_week"], r["gps_tow_s"], r["lat_deg"], r["lon_deg"], r["h_ellipsoid_m"]]))
              for r in rows(data / "run1_truth_rtkfix.csv.gz")]
     known = {round(t) for t, _ in truth if abs(t - round(t)) < 0.3}

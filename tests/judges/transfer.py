@@ -1,21 +1,21 @@
 #!/usr/bin/python3
-"""Judge: do filters and settings that are better on a recording come out better on simulations of its drive?
+"""Tests whether filters and settings that are better on a recording are also better on simulations of its drive.
 
     transfer.py CANYON DATA OUT [--seeds 10] [--only NAME ...] [--jobs 2] [--quick]
 
 CANYON is the program, DATA the folder of the recordings (urbannav-tst-20190428, urbannav-tst-20210517,
-berlin-potsdamer-platz, hongkong), OUT a folder for runs and results: what was computed once is read again, until the program, a
+berlin-potsdamer-platz, hongkong), OUT a folder for runs and results: computed results are reused until the program, a
 scenario or a setting changes. Each drive is simulated from its scenario in examples/, with the constellations that
-were recorded, errors of sky.errors and a mask of 5 deg. Recorded and simulated observations are then solved alike:
+were recorded, errors of sky.errors and a mask of 5 deg. Recorded and simulated observations are then solved in the same way:
 
   filters   25 filters (fix_filters.py) of single fixes by `canyon validate`: mean error up to 100 m, share of epochs beyond 10, 30 m
-  RTKLIB    settings of rnx2rtkp: share of all epochs within 10, 20, 30 m; an epoch without a fix is not within
-  Canyon    the same of settings of `canyon validate`, epoch by epoch
+  RTKLIB    settings of rnx2rtkp: fraction of all epochs within 10, 20, 30 m; an epoch without a fix is not within
+  Canyon    the same for settings of `canyon validate`, epoch by epoch
 
 Of the pairs of settings that the recording decides (90 % of bootstraps by blocks of 60 s) the table states the share whose
-difference, in the mean of the seeds, has the recorded sign; how many recorded differences lie in the 90 % interval of
+difference, in the mean of the seeds, has the recorded sign; how many recorded differences are in the 90 % interval of
 the next seed (Student); Kendall's tau beside that of a perfect simulator. Rivals stand in the same table: see RIVALS.
-OUT/transfer.json has all figures. --quick: one recording, two seeds, few settings.
+OUT/transfer.json has all metrics. --quick: one recording, two seeds, few settings.
 
 Exit status: 0 done, 2 bad input, 77 rnx2rtkp or data missing.
 """
@@ -44,7 +44,7 @@ SYSTEMS = {"GPS": 1, "GLONASS": 4, "BeiDou": 32}  # RTKLIB's pos1-navsys
 LETTERS = {"GPS": "G", "GLONASS": "R", "BeiDou": "C"}
 T21 = "urbannav-tst-20210517"
 T21_SKY = [f"{T21}/hksc137c.21n", f"{T21}/hksc137c.21f"]
-RECORDINGS = {  # name: scenario, profile, observations, truth, ephemerides, constellations that are recorded and have ephemerides
+RECORDINGS = {  # name: scenario, profile, observations, truth, ephemerides, recorded constellations with ephemerides
     "tst-21-f9p": ("urbannav_tst_2021.yaml", "ublox-f9p", f"{T21}/20210517.light-urban.tste.ublox.f9p.splitter.obs",
                    f"{T21}/UrbanNav_TST_GT.txt", T21_SKY, ["GPS", "BeiDou"]),
     "tst-21-m8t": ("urbannav_tst_2021.yaml", "ublox-m8t", f"{T21}/20210517.light-urban.tste.ublox.m8t.GC.obs",
@@ -58,7 +58,7 @@ RECORDINGS = {  # name: scenario, profile, observations, truth, ephemerides, con
     "tst-21-phone": ("urbannav_tst_2021.yaml", "phone", f"{T21}/20210517.light-urban.tste.google.pixel4.obs",
                      f"{T21}/UrbanNav_TST_GT.txt", T21_SKY, ["GPS"]),
 }
-RIVALS = {  # name: what it is
+RIVALS = {  # name: description
     "mirror": "the paper's model on the same map and receiver: propagation.model mirror, surroundings open",
     "white": "white noise with the recorded median error: of fixes, or of pseudoranges under an open sky",
     "Gauss-Markov": "noise of fixes with the recorded median error and a correlation time of 30 s",
@@ -70,17 +70,17 @@ REACHES_M = (10, 20, 30)
 FILTER_FIGURES = ("mean error up to 100 m", "beyond 10 m", "beyond 30 m")
 
 
-# Kept for other judges.
+# Used by other comparisons.
 def quantile(values, share):
-    """Linear between the two nearest ranks; NaN of nothing."""
+    """Linear between the two nearest ranks; NaN: no values."""
     return float(np.quantile(values, share)) if len(values) else math.nan
 
 
 def judge_arguments(about, seeds):
-    """A parser of the judges' command line: program, data, folder of the runs, seeds."""
+    """A parser of the common command line: program, data, folder of the runs, seeds."""
     parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
     for name in ("canyon", "data", "out"):
-        parser.add_argument(name, type=lambda p: Path(p).resolve())  # runs have folders of their own
+        parser.add_argument(name, type=lambda p: Path(p).resolve())  # runs have their own folders
     parser.add_argument("--seeds", type=int, default=seeds)
     return parser
 
@@ -103,7 +103,7 @@ def scenario_text(name, receiver="", mask=5, surroundings=None):
 
 
 def scenario(data, out, name):
-    """Writes scenario_text(name) to `out`, beside links to the data; for judges of other things."""
+    """Writes scenario_text(name) to `out`, with links to the data; for other comparisons."""
     for folder in {Path(p).parts[0] for r in RECORDINGS.values() for p in r[2:4]} | {"hongkong"}:
         if not (out / folder).exists():
             (out / folder).symlink_to((data / folder).resolve())
@@ -139,11 +139,11 @@ class Truth:
         self.places = self.metres(rows[:, 1:])
 
     def metres(self, degrees):
-        """East, north of the origin, which is a place of the drive."""
+        """East, north of the origin, which is a position of the drive."""
         return (degrees - self.origin)[:, ::-1] * self.metres_per_degree
 
     def known(self, t):
-        """Whether `t` lies between two truths at most 1.5 s apart."""
+        """Whether `t` is between two truths at most 1.5 s apart."""
         after = np.clip(np.searchsorted(self.t, t), 1, len(self.t) - 1)
         inside = (t >= self.t[0] - 1e-3) & (t <= self.t[-1] + 1e-3)
         return inside & (self.t[after] - self.t[after - 1] <= 1.5)
@@ -254,11 +254,11 @@ def rtklib_settings(systems):
 
 CANYON_SETTINGS = {f"{weights}, RAIM {raim}, mask {mask}": (weights, raim, mask)
                    for weights, raim, mask in itertools.product(("equal", "elevation", "cn0"), ("true", "false"), (5, 20))}
-PROFILES_OWN = ("cn0", "false", 10)  # weights, RAIM and mask of the fixes that filters take
+PROFILES_OWN = ("cn0", "false", 10)  # weights, RAIM and mask of the fixes used by filters
 
 
 class Drive:
-    """One recording, its simulations, and what solvers make of them; all results are kept in a folder."""
+    """One recording, its simulations, and the results of solvers; all results are stored in a folder."""
 
     def __init__(self, args, name):
         self.name, self.canyon, self.out = name, args.canyon, args.out / name
@@ -337,8 +337,8 @@ class Drive:
         return self.kept(key, compute)
 
     def solve(self, observations, setting):
-        """Errors of Canyon's fixes, epoch by epoch: `canyon validate` takes the observations as a recording under an open sky, of an
-        antenna that stands at the truth's origin. Skylines along a drive would take most of the time."""
+        """Errors of Canyon's fixes, epoch by epoch: `canyon validate` treats the observations as a recording under an open sky, of an
+        antenna at the truth's origin. Skylines along a drive would take most of the time."""
         weights, raim, mask = setting
         text = self.open_scene(observations.navigation, f"elevation_mask_deg: {mask}, weights: {{weighting: {weights}}}, "
                                f"raim: {{enabled: {raim}}}, position_filter: {{enabled: false}}, signal: {{enabled: false}}", "false")
@@ -358,7 +358,7 @@ class Drive:
 
 
 class Progress:
-    """Runs pieces of work, and says how far they are."""
+    """Runs pieces of work, and prints their progress."""
 
     def __init__(self, jobs):
         self.jobs, self.start = jobs, time.monotonic()
@@ -385,7 +385,7 @@ def block_of(t):
 
 
 def of_filters(t, fixes, truth):
-    """Figures of FILTER_FIGURES of each (epoch, filter): error up to 100 m, and whether it is beyond 10, 30 m."""
+    """Metrics of FILTER_FIGURES of each (epoch, filter): error up to 100 m, and whether it is beyond 10, 30 m."""
     error = np.linalg.norm(fix_filters.run(t, fixes) - truth[:, None], axis=2)
     error = np.where(np.isnan(error), 1e9, error)
     return np.minimum(error, 100), error > 10, error > 30
@@ -411,7 +411,7 @@ def noises(drive, errors, seeds):
 
 
 def judge_filters(drive, seeds):
-    """Figures by model of the 25 filters."""
+    """Metrics by model of the 25 filters."""
     recorded = drive.recorded
     errors = drive.solve(recorded, PROFILES_OWN)
     truth = drive.truth.at(recorded.t)
@@ -427,14 +427,14 @@ def judge_filters(drive, seeds):
 
 
 def compared(recorded, own, values):
-    """pairs.compare() of each figure, of each model."""
+    """pairs.compare() of each metric and model."""
     return {"recorded": [np.mean(v, axis=0) for v in own], "simulated": {m: [np.mean(x, axis=0) for x in v] for m, v in values.items()},
             "models": {m: [pairs.compare(own[f].astype(float), np.array(v[f]), block_of(recorded.t)) for f in range(3)]
                        for m, v in values.items()}}
 
 
 def judge_settings(drive, solve, settings, models, seeds):
-    """Figures by model of settings. `solve(observations, setting)` gives errors."""
+    """Metrics by model of settings. `solve(observations, setting)` returns errors."""
     def within(observations):
         errors = np.stack([np.linalg.norm(solve(observations, s), axis=1) for s in settings.values()], axis=1)
         return [np.where(np.isnan(errors), np.inf, errors) <= reach for reach in REACHES_M]
@@ -451,7 +451,7 @@ def share(value):
 
 
 def table(judged):
-    """The table of the page, and pooled shares below."""
+    """The table of the page, followed by pooled fractions."""
     models = ["Canyon", *RIVALS]
     lines = ["| recording | of | decided pairs | " + " | ".join(models) + " | covered | tau; perfect |",
              "|" + "---|" * (len(models) + 5)]
@@ -480,7 +480,7 @@ def table(judged):
 
 
 def chance(judged):
-    """Agreement of the odd and of the even seeds alone: how far chance moves a figure."""
+    """Agreement of the odd and of the even seeds alone: the effect of chance on a metric."""
     lines = ["", "Canyon's odd and even seeds alone, at the first figure:"]
     for name, tests in judged.items():
         lines.append(f"{name}: " + ", ".join(f"{t} " + " ".join(share(h) for h in f["models"]["Canyon"][0]["halves"])
@@ -496,7 +496,7 @@ def judge(args):
     trial_m = 10
 
     def white(d):
-        """Noise of pseudoranges that gives the recorded median error."""
+        """Noise of pseudoranges that results in the recorded median error."""
         d.add_white(0, trial_m)
         own, trial = (np.nanmedian(np.linalg.norm(d.solve(o, PROFILES_OWN), axis=1)) for o in (d.recorded, d.simulated["white", 0]))
         for s in seeds:
@@ -526,7 +526,7 @@ def judge(args):
 def main():
     parser = judge_arguments(__doc__, 10)
     parser.add_argument("--only", nargs="+", choices=RECORDINGS, default=list(RECORDINGS))
-    parser.add_argument("--jobs", type=int, default=2, help="programs at once")
+    parser.add_argument("--jobs", type=int, default=2, help="parallel programs")
     parser.add_argument("--quick", action="store_true")
     args = parser.parse_args()
     if args.quick:

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Closed forms for the judge transfer.py: its pairs, its filters, its files."""
+"""Closed forms for transfer.py: its pairs, its filters, its files."""
 import math
 
 import numpy as np
@@ -31,13 +31,13 @@ assert 0.05 < np.mean(false) < 0.17  # 10 %
 assert pairs.agreement(np.array([1, -1, 0, 1]), np.array([2.0, 3.0, -1.0, 0.0])) == 1 / 3
 assert math.isnan(pairs.agreement(np.array([0]), np.array([1.0])))
 
-# Coverage: Student's quantiles, and 90 % of the recorded differences that are drawn as those of the seeds.
+# Coverage: Student's quantiles, and 90 % of the recorded differences sampled like those of the seeds.
 assert near([pairs.student(0.95, 1), pairs.student(0.95, 9), pairs.student(0.95, 200)], [6.3138, 1.8331, 1.6525], atol=2e-2)
 draws = rng.normal(5, 3, size=(11, 20000))
 assert abs(pairs.coverage(draws[0], draws[1:]) - 0.9) < 0.01
 assert pairs.coverage(draws[0] + 30, draws[1:]) < 0.05 and math.isnan(pairs.coverage(draws[0], draws[1:2]))
 
-# Kendall's tau-b, and the ceiling: 1 where nothing varies, tau of noise where nothing else differs.
+# Kendall's tau-b, and the maximum: 1 without variation, tau of noise if nothing else differs.
 assert pairs.kendall([1, 2, 3, 4], [10, 20, 30, 40]) == 1 and pairs.kendall([1, 2, 3], [3, 2, 1]) == -1
 assert near(pairs.kendall([1, 2, 3, 4, 5], [3, 4, 1, 2, 5]), 0.2) and near(pairs.kendall([1, 1, 2, 3], [1, 2, 3, 4]), 5 / math.sqrt(30))
 assert math.isnan(pairs.kendall([1, 1], [1, 2]))
@@ -49,7 +49,7 @@ assert pairs.ceiling(alike, 10, rng) < 0.8 and pairs.ceiling(apart, 10, rng) == 
 found = pairs.compare(same, np.tile([[1.0, 2.0, 3.0, 4.0]], (10, 1)), 60)
 assert (found["decided"], found["agreement"], found["coverage"], found["tau"], found["ceiling"]) == (6, 1, 1, 1, 1)
 
-# Filters: 25, each once; a straight drive without noise is followed by those that know speed, late by those that do not.
+# Filters: 25, each once; filters with a speed state follow a straight drive without noise, others lag.
 assert len(fix_filters.NAMES) == len(set(fix_filters.NAMES)) == 25
 t = np.arange(300.0)
 drive = np.stack([8 * t, -3 * t], axis=1)
@@ -59,7 +59,7 @@ assert error["last fix"] == 0 and near(error["median 5 s"], 2 * speed)
 assert near(error["smoothing 5 s"], speed / (math.exp(1 / 5) - 1), rtol=1e-3)
 assert max(e for n, e in error.items() if n.startswith("Kalman") and "gate" not in n) < 1e-3
 
-# One that begins at rest, beside least squares over all fixes: the last estimates agree, the smoother's agree everywhere.
+# One that begins at rest, compared with least squares over all fixes: the last estimates agree, the smoother's agree everywhere.
 sigma, acceleration = 10, 2
 column, smoother = (fix_filters.NAMES.index(f"{k} 10 m, 2 m/s2") for k in ("Kalman", "smoother"))
 t, fixes = np.array([0.0, 1, 2, 3.5, 4, 6]), rng.normal(size=(6, 2)) * 10
@@ -86,7 +86,7 @@ best = np.linalg.solve(normal, sum(r.T @ w @ y for r, w, y in zip(rows, weights,
 estimates = fix_filters.run(t, fixes)
 assert near(estimates[-1, column], best[-1]) and near(estimates[:, smoother], best)
 
-# A gate: an outlier is left out, and a fix that stays away starts the filter again after the reset.
+# A gate: an outlier is rejected, and a persistent jump restarts the filter after the reset time.
 t = np.arange(60.0)
 fixes = rng.normal(size=(60, 2))
 fixes[30] += 500
@@ -99,13 +99,13 @@ assert np.abs(estimates[47, gated]).max() < 20 and np.abs(estimates[50:, gated] 
 fixes[50:] = np.nan  # the last fix is held
 assert near(fix_filters.run(t, fixes)[-1, 0], fixes[49])
 
-# White noise of a known level: the median error, and shares beyond 10 m.
+# White noise of a known level: the median error, and fractions beyond 10 m.
 truth = np.zeros((3000, 2))
 figures = transfer.of_filters(np.arange(3000.0), rng.normal(0, 8, truth.shape), truth)
 assert abs(figures[1][:, 0].mean() - math.exp(-100 / 128)) < 0.03 and abs(figures[0][:, 0].mean() - 8 * math.sqrt(math.pi / 2)) < 0.4
 assert near([f[:, 0].mean() for f in transfer.of_filters(np.arange(9.0), np.full((9, 2), np.nan), truth[:9])], [100, 1, 1])
 
-# Files: epochs of RINEX 2 and 3, noise on pseudoranges alone, nearest epochs.
+# Files: epochs of RINEX 2 and 3, noise on pseudoranges only, nearest epochs.
 text = " 16  6  6 11 10 41.7000000  0 19G12R20R02G19G32\n  19834589.652 8 104231461.634 8        49.000 8       221.941 8\n"
 assert near(transfer.epochs_of(text), [126641.7])
 text = "G    4 C1C L1C D1C S1C                                      SYS / # / OBS TYPES \n> 2021  5 17  2 33 13.4446064  0  9\n" \

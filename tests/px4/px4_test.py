@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What ./run px4 does without PX4 and Gazebo Sim: its world, its MAVLink, its record of a flight, and its refusals.
+"""Tests ./run px4 without PX4 and Gazebo Sim: its world, its MAVLink, its record of a flight, and its errors.
 
 usage: tests/px4/px4_test.py CANYON [unittest's options]
 """
@@ -28,7 +28,7 @@ import px4  # noqa: E402
 import world_file  # noqa: E402
 
 DOWNTOWN = ROOT / "adapters" / "gz_sim" / "worlds" / "canyon_downtown.sdf"
-# As PX4's src/modules/simulation/gz_bridge/server.config has them.
+# As in PX4's src/modules/simulation/gz_bridge/server.config.
 CONFIGURATION = """<server_config><plugins>
   <plugin entity_name="*" entity_type="world" filename="gz-sim-physics-system" name="gz::sim::systems::Physics"/>
   <plugin entity_name="*" entity_type="world" filename="gz-sim-imu-system" name="gz::sim::systems::Imu"/>
@@ -68,7 +68,7 @@ class WorldFile(unittest.TestCase):
         self.assertIn("car", [model.get("name") for model in world.findall("model")])
 
     def test_keeps_the_buildings(self):
-        """As the city reader sees them."""
+        """As read by the city reader."""
         folder = self.enterContext(tempfile.TemporaryDirectory())
         systems, target = os.path.join(folder, "server.config"), os.path.join(folder, "world.sdf")
         pathlib.Path(systems).write_text(CONFIGURATION)
@@ -112,7 +112,7 @@ class Elements(unittest.TestCase):
         self.assertFalse(any("ubx" in stream.text for stream in bridge.iter("stream")))
 
     def test_an_own_checkout_joins_by_one_line(self):
-        """PX4's start script joins a world that runs, and reads parameters from PX4_PARAM_NAME."""
+        """PX4's start script joins a running world, and reads parameters from PX4_PARAM_NAME."""
         make, gps = px4.join_lines(options(param=["EKF2_HGT_REF=1"]), "/px4", True)
         self.assertEqual(make, "cd /px4 && PX4_GZ_MODEL_POSE=26,-260,0.3 PX4_PARAM_SIM_GZ_EN_GPS=0 PX4_PARAM_EKF2_REQ_EPH=10 "
                                "PX4_PARAM_EKF2_REQ_EPV=15 PX4_PARAM_EKF2_HGT_REF=1 make px4_sitl gz_x500")
@@ -121,13 +121,13 @@ class Elements(unittest.TestCase):
                          ["cd /px4 && PX4_GZ_MODEL_POSE=26,-260,0.3 make px4_sitl gz_x500"])
 
     def test_the_line_is_short_enough_for_px4(self):
-        """Its GPS driver keeps 19 characters of a device's path, and takes the last for the number of the bus."""
+        """Its GPS driver keeps 19 characters of a device's path, and uses the last as the number of the bus."""
         self.assertRegex("/tmp/canyon-gps9", r"^.{1,18}\d$")
 
 
 class Environment(unittest.TestCase):
     def test_has_each_folder_once(self):
-        """Gazebo reads every folder of GZ_DESCRIPTOR_PATH, and complains of a message that it knows."""
+        """Gazebo reads every folder of GZ_DESCRIPTOR_PATH, and warns about a known message."""
         with unittest.mock.patch.dict(os.environ, {"SOME_PATH": "/theirs:/ours:/other"}):
             px4.put_first("SOME_PATH", "/ours", "/ours/too")
             self.assertEqual(os.environ["SOME_PATH"], "/ours:/ours/too:/theirs:/other")
@@ -138,7 +138,7 @@ class Environment(unittest.TestCase):
 
 class Mavlink(unittest.TestCase):
     def test_frames_are_those_of_pymavlink(self):
-        """The bytes that pymavlink 2.4 makes of the same message, from system 255, component 190."""
+        """The bytes of the same message by pymavlink 2.4, from system 255, component 190."""
         self.assertEqual(mavlink_link.frame("COMMAND_LONG", 7, command=400, param1=1, target_system=2, target_component=1).hex(),
                          ARM)
         self.assertEqual(mavlink_link.frame("MISSION_COUNT", 255, count=7, target_system=1, target_component=1).hex(), COUNT)
@@ -153,7 +153,7 @@ class Mavlink(unittest.TestCase):
         self.assertLessEqual(sent.items(), found[0][1].items())
 
     def test_uploads_a_mission(self):
-        """To a vehicle that asks for each item, one of them twice."""
+        """To a vehicle that requests each item, one of them twice."""
         vehicle = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         vehicle.bind(("127.0.0.1", 0))
         vehicle.settimeout(5)
@@ -212,7 +212,7 @@ class Mavlink(unittest.TestCase):
         self.assertEqual([item["command"] for item in self.read("QGC WPL 110\n" + home)[0]], [16])
 
     def test_jumps_count_as_px4_does(self):
-        """From 0 and without home; rows of a file count with it."""
+        """From 0 and without home; rows of a file count home too."""
         for home, first in (("0 1 0 16 0 0 0 0 48 11 520 1\n", 1), ("", 0), ("", 5 - 4)):
             text = f"{first} 0 3 16 0 0 0 0 48 11 9 1\n{first + 1} 0 2 177 {first} 3 0 0 0 0 0 1\n"
             self.assertEqual(self.read("QGC WPL 110\n" + home + text)[0][1]["param1"], 0)
@@ -227,9 +227,9 @@ class Mavlink(unittest.TestCase):
                               (home + "2\t0\t3\t16\t0\t0\t0\t0\t22\t114\t0\t1\n", "PATH:3: its number is 2"),
                               (home + "1\t0\t3\t16\t0\t0\t0\t0\t92\t114\t0\t1\n", "PATH:3: a parameter is out of range"),
                               (home + "1\t0\t3\t16\t0\t0\t0\t0\tnan\t114\t0\t1\n", "PATH:3: has no latitude"),
-                              (home + "1\t0\t10\t16\t0\t0\t0\t0\t22\t114\t0\t1\n", "PATH:3: its frame 10 is none"),
+                              (home + "1\t0\t10\t16\t0\t0\t0\t0\t22\t114\t0\t1\n", "PATH:3: PX4 does not accept its frame 10"),
                               (home + "1\t0\t2\t178\t1\t4\t-1\t0\t0.5\t0\t0\t1\n", "PATH:3: parameters 5 and 6"),
-                              ("lat,lon\n", "PATH:1: is no mission"), ("", "PATH:1: is no mission"),
+                              ("lat,lon\n", "PATH:1: is not a mission"), ("", "PATH:1: is not a mission"),
                               ("QGC WPL 110\n", "PATH: contains no item")):
             with self.assertRaisesRegex(ValueError, problem):
                 self.read(text)
@@ -243,7 +243,7 @@ class Mavlink(unittest.TestCase):
         return {"type": "SimpleItem", "autoContinue": True, "command": command, "frame": frame, "params": values, **more}
 
     def test_reads_plans_of_qgroundcontrol(self):
-        """Frames and commands as PX4's parse_mavlink_mission_item() takes them; the unset integer is MAVLink's INT32_MAX."""
+        """Frames and commands as accepted by PX4's parse_mavlink_mission_item(); the unset integer is MAVLink's INT32_MAX."""
         items, logged = self.read(self.plan(
             self.item(22, 3, [0, 0, 0, None, 48.1, 11.5, 12], Altitude=12, AltitudeMode=1, doJumpId=11),
             self.item(178, 2, [1, 4, -1, 0, None, 0, None], doJumpId=12),
@@ -271,7 +271,7 @@ class Mavlink(unittest.TestCase):
                                ([self.item("16", 0, [0] * 7)], "item 1: an item has command")):
             with self.assertRaisesRegex(ValueError, problem):
                 self.read(self.plan(*items), "m.plan")
-        for text, problem in (('{"fileType": "Plan",\n "mission": ]', "PATH:2: is no JSON"), ({"fileType": "Mission"}, "is no plan")):
+        for text, problem in (('{"fileType": "Plan",\n "mission": ]', "PATH:2: is not JSON"), ({"fileType": "Mission"}, "is not a plan")):
             with self.assertRaisesRegex(ValueError, problem):
                 self.read(text, "m.plan")
 
@@ -296,7 +296,7 @@ class Flight(unittest.TestCase):
     def test_joins_the_receivers_record_and_px4s_messages_by_time(self):
         rows = px4.flight_of(self.vehicle(), px4.week_second("2026-06-01T08:00:00Z"))
         self.assertEqual([round(row["time_s"], 6) for row in rows[:3]], [0.0, 0.2, 0.4])
-        self.assertEqual(rows[0]["estimate_error_m"], "")    # PX4 said nothing before
+        self.assertEqual(rows[0]["estimate_error_m"], "")    # PX4 sent nothing before
         self.assertAlmostEqual(rows[10]["estimate_error_m"], 3, places=2)
         self.assertAlmostEqual(rows[10]["estimate_error_up_m"], 2)
         self.assertEqual((rows[5]["px4_eph_m"], rows[5]["px4_hdop"]), (5.0, 0.8))
@@ -331,9 +331,9 @@ class FrontDoor(unittest.TestCase):
         self.assertIn("/nowhere has no build/px4_sitl_default/bin/px4", text)
 
     def test_refuses_wrong_options(self):
-        for words, problem in ((["--vehicles", "10"], "it is 1 to 9"), (["--pose", "1,2"], "three numbers"), (["--pose", "1,2,nan"], "three numbers"),
-                               (["--inject"], "needs a base"), (["--rate", "0"], "up to 25 Hz"), (["--param", "EKF2_REQ_EPH"], "NAME=VALUE"),
-                               (["--takeoff", "--mission", "m"], "exclude each other"), (["--join", "--takeoff"], "PX4 is yours"), (["--speed", "-1"], "0.01 to 100"),
+        for words, problem in ((["--vehicles", "10"], "give 1 to 9"), (["--pose", "1,2"], "three numbers"), (["--pose", "1,2,nan"], "three numbers"),
+                               (["--inject"], "needs its own base"), (["--rate", "0"], "up to 25 Hz"), (["--param", "EKF2_REQ_EPH"], "NAME=VALUE"),
+                               (["--takeoff", "--mission", "m"], "exclude each other"), (["--join", "--takeoff"], "you control PX4"), (["--speed", "-1"], "0.01 to 100"),
                                (["--fault", "soon", "{}"], "a time in seconds")):
             status, text = self.run_px4(*words)
             self.assertEqual(status, 2, words)

@@ -1,5 +1,5 @@
-// A new term of a range is one row: this one, 5 cm by elevation, which no code but this file knows, comes to
-// tables, virtual stations, maps and samples. A program of its own, since the list of columns is made once.
+// A new range term is one row: this one, 5 cm by elevation, defined only in this file, appears in tables,
+// virtual stations, maps and samples. A separate program, since the list of columns is made once.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -44,7 +44,7 @@ trajectory: {waypoints: [{east_m: 0, north_m: 0, up_m: 2}]}
 receivers: [{name: car, profile: ublox-f9p}]
 )";
 
-/// All that one run tells.
+/// All results of one run.
 struct Told {
   std::map<std::string, double> of_signals, of_satellites;  ///< pseudoranges by satellite and signal
   std::map<std::string, double> column;                     ///< made_up_m
@@ -140,7 +140,7 @@ TEST(RangeTerm, ComesToTablesVirtualStationsAndSamples) {
   for (const auto& [name, metres] : with.column)
     EXPECT_NEAR(metres, 0.05 * with.sine.at(name), 1e-12) << name;
   for (const auto& [name, metres] : without.column) EXPECT_EQ(metres, 0) << name;
-  // The base has the term of its place; the station has that of its own.
+  // The base has the term at its position; the station has the term at its own.
   ASSERT_GT(with.at_virtual_station.size(), 20U);
   double apart_m = 0;
   for (const auto& [name, range] : with.at_virtual_station) {
@@ -160,7 +160,7 @@ TEST(RangeTerm, ComesToTablesVirtualStationsAndSamples) {
   }
 }
 
-/// Largest error of a virtual station's pseudoranges beside geometry and satellites' clocks alone [m].
+/// Maximum error of a virtual station's pseudoranges apart from geometry and satellite clocks [m].
 class Mover final : public simulation::EpochSink {
  public:
   void write(const Epoch& epoch) override {
@@ -184,7 +184,7 @@ class Mover final : public simulation::EpochSink {
   int count = 0;
 };
 
-// A base whose errors from space are switched off gets none at another place.
+// A base without range errors gets none at another position.
 TEST(RangeTerm, AVirtualStationHasTheSwitchesOfItsBase) {
   const auto worst_m = [](const std::string& switches) {
     std::string text = kScenario;
@@ -213,7 +213,7 @@ TEST(RangeTerm, ComesToMaps) {
     size_m = 0;
     return result;
   };
-  // A delay of d sin(elevation) is a place d below.
+  // A delay of d sin(elevation) is a position d lower.
   EXPECT_NEAR(up_m(0.05) - up_m(0), -0.05, 1e-5);
 }
 

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""`canyon check` of damaged files of each binary format that Canyon reads.
+"""`canyon check` of damaged files of each binary format read by Canyon.
 
     tests/soak/damages.py CANYON [--count 500] [--only glb,pbf] [--keep FOLDER] [FILE...]
 
-Sources are small files made by the program, by Python and, where they are installed, by gdal_translate and osmium; or the
-given files, a tileset.json with what lies beside it. Each is damaged COUNT times, also within gzip: a bit, a byte, the end
-cut off, bytes put in. Each must be read or refused, with status 0 or 2, within 30 s and 2 GB; else the exit status is 1,
+Sources are small files made by the program, by Python and, if installed, by gdal_translate and osmium; or the
+given files, a tileset.json with its folder. Each is damaged COUNT times, also within gzip: a bit, a byte, the end
+cut off, bytes inserted. Each must be read or rejected, with status 0 or 2, within 30 s and 2 GB; else the exit status is 1,
 and --keep has the files.
 """
 import argparse
@@ -105,7 +105,7 @@ def damaged(data, draw):
 
 
 def faults(canyon, files):
-    """Those of the files that end `canyon check` otherwise than they may: (file, why)."""
+    """The files for which `canyon check` ends in a forbidden way: (file, reason)."""
     limit = SECONDS if len(files) == 1 else 4 * SECONDS
     said = tempfile.TemporaryFile()
     process = subprocess.Popen([canyon, "check", "--json", *map(str, files)], stdout=said, stderr=subprocess.DEVNULL,

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""A day of `canyon live` beside clients that come, go, stall and send rubbish, with faults at work.
+"""A day of `canyon live` with clients that connect, disconnect, stall and send random bytes, with active faults.
 
     tests/soak/soak.py CANYON [--hours 24] [--rate 1]
 
-A vehicle circles through a made-up downtown for so many hours of its clock, as fast as the program takes its poses
+A vehicle circles through a synthetic downtown for this number of hours of its clock, as fast as the program accepts its poses
 (`clock: stamps`). Meanwhile one client after the other connects to the receiver's streams and to the control port: some
 read, some stop reading, some send random bytes, some reset the connection; faults begin and end. Printed every hour of
 the vehicle's clock, and checked at the end: epochs, memory, open files and threads of the program.
-Exit status 0: every epoch came, and between the second hour and the last memory grew by less than 5 %, open files and
-threads by none. Run by hand: 24 hours take some minutes.
+Exit status 0: every epoch was received, and between the second hour and the last memory grew by less than 5 %, open files and
+threads by none. Run manually: 24 hours take some minutes.
 """
 import argparse
 import json
@@ -63,7 +63,7 @@ def state_of(pid):
 
 
 class Clients:
-    """Three threads of clients, each of which stays for half a second or so."""
+    """Three threads of clients, each connected for about half a second."""
 
     def __init__(self, ports, control, seed):
         self.ports, self.control = ports, control
@@ -83,7 +83,7 @@ class Clients:
                 with self.lock:
                     self.counts[kind] += 1
             except OSError:
-                pass  # a port that is busy, or a program that hung up
+                pass  # a busy port, or a closed connection
             self.over.wait(0.02)
 
     def read(self, client, _):
@@ -189,7 +189,7 @@ def main():
         (memory, files, threads), (memory_end, files_end, threads_end) = states[1], states[-1]
         if memory_end > 1.05 * memory + 1:
             problems.append(f"memory grew from {memory:.1f} to {memory_end:.1f} MB")
-        if files_end > files + 8 or threads_end > threads:  # clients of the moment have files, too
+        if files_end > files + 8 or threads_end > threads:  # present clients have files too
             problems.append(f"open files {files} to {files_end}, threads {threads} to {threads_end}")
     for problem in problems:
         print("soak: " + problem, file=sys.stderr)

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""A study of 10,000 runs that is killed three times, beside the same study in one go.
+"""A study of 10,000 runs that is killed three times, compared with the same study without interruption.
 
     tests/soak/study.py CANYON [--runs 10000] [--kills 3] [--threads 0]
 
-Each run is a short drive through a made-up downtown with its own seed and start. `kill -9` ends the program after some
-runs, drawn at random; the same command continues. Checked: no finished run is computed again, the results of both
-folders are equal to the byte, memory of the program, files left behind. Exit status 0: all of that holds.
-Run by hand: some minutes.
+Each run is a short drive through a synthetic downtown with its own seed and start. `kill -9` ends the program after some
+runs, chosen at random; the same command continues. Checked: no finished run is computed again, the results of both
+folders are identical, memory of the program, leftover files. Exit status 0: all checks pass.
+Run manually: some minutes.
 """
 import argparse
 import hashlib

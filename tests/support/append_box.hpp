@@ -11,7 +11,7 @@
 namespace canyon::test {
 
 /// Adds a closed box, front sides outwards, to a mesh: footprint corners are [min.x, max.x] x [min.y, max.y],
-/// turned about its centre by `yaw_rad`.
+/// rotated about its centre by `yaw_rad`.
 inline void append_box(city::Mesh& mesh, std::string name, city::Surface surface, city::Material material,
                        const Eigen::Vector3d& min, const Eigen::Vector3d& max, double yaw_rad = 0) {
   const Eigen::Vector3d centre = 0.5 * (min + max);

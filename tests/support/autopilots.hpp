@@ -17,10 +17,10 @@
 
 namespace canyon::test {
 
-/// A program beside the test, in a folder of its own, that ends with it.
+/// A background program of the test, in its own folder, that ends with it.
 class Companion {
  public:
-  /// @param environment lines NAME=VALUE beside the test's own
+  /// @param environment lines NAME=VALUE in addition to the test's own
   Companion(std::vector<std::string> command, const std::string& folder,
             const std::vector<std::string>& environment = {})
       : log_(folder + "/" + "companion.log"), process_(fork()) {
@@ -57,7 +57,7 @@ class Companion {
     if (!ended_) ended_ = waitpid(process_, nullptr, WNOHANG) == process_;
     return !ended_;
   }
-  /// The name of the file that takes its output.
+  /// The name of its output file.
   [[nodiscard]] const std::string& log() const { return log_; }
 
  private:
@@ -66,8 +66,8 @@ class Companion {
   bool ended_ = false;
 };
 
-/// Gives this process and those that it starts a network of their own, where it may: no other's ports, and
-/// none of its own to others. Before any other thread. Whether it did.
+/// Moves this process and its children to a separate network, if permitted, so that ports do not collide with
+/// other processes. Call it before starting threads. Returns whether it succeeded.
 inline bool own_network() {
   if (unshare(CLONE_NEWNET) != 0 && unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) return false;
   const int fd = socket(AF_INET, SOCK_DGRAM, 0);

@@ -7,7 +7,7 @@
 
 namespace canyon::bench {
 
-/// The direct way with Embree alone: a robust scene of a mesh, in floats.
+/// Direct use of Embree alone: a robust scene of a mesh, in floats.
 struct BareScene {
   explicit BareScene(const city::Mesh& mesh) {
     device.reset(rtcNewDevice(nullptr));

@@ -17,14 +17,14 @@
 
 namespace canyon::bench {
 
-/// A city and places in its streets, antennas 2 m above flat ground.
+/// A city and points in its streets, antennas 2 m above flat ground.
 struct BenchCity {
   city::City city;
   std::vector<Eigen::Vector3d> places;
 };
 
-/// Tsim Sha Tsui and the recorded drive through it (every epoch) where the shared data are; else the
-/// synthetic city and places along its two middle streets.
+/// Tsim Sha Tsui and the recorded drive through it (every epoch) if the shared data exist; else the synthetic
+/// city and points along its two middle streets.
 inline BenchCity bench_city() {
   const std::filesystem::path data = std::filesystem::path(canyon_source_dir) / ".." / "shared" / "data";
   const std::filesystem::path mesh = data / "hongkong/buildings.dae";

@@ -18,7 +18,7 @@ struct BenchScene {
   raytrace::RayScene scene{city.city.mesh};
 };
 
-/// main() of benchmarks over a scene, which it describes first. @param scene returns it
+/// main() of benchmarks over a scene, printing its description first. @param scene returns the scene
 template <typename Scene>
 int run_benchmarks(int argc, char** argv, const Scene& scene) {
   benchmark::Initialize(&argc, argv);

@@ -11,21 +11,22 @@
 #include "canyon/base/random.hpp"
 #include "canyon/studies/validation/statistics.hpp"
 
-// The bootstrap by its definition, one resample after the other: the reference for the intervals of figures.
+// The bootstrap by its definition, one resample after the other: the reference for the intervals of metrics.
 
 namespace canyon::test {
 
 struct BootstrapOptions {
   int resamples = 2000;
   double confidence = 0.95;  ///< (0, 1)
-  /// Observations drawn together, in circles (Politis and Romano 1992): as many as correlate in time.
+  /// Block length of the circular block bootstrap (Politis and Romano 1992): the number of correlated
+  /// observations.
   std::size_t block = 1;
   std::uint64_t seed = 1;
 };
 
 /// Percentile interval (Efron and Tibshirani, An Introduction to the Bootstrap, 1993, 13.3) of a statistic of
 /// n observations in order. `statistic` gets n indices in [0, n), with repeats; resamples for which it is
-/// empty do not count. Same seed, same interval. Empty where n is 0 or half of the resamples or more have no
+/// empty are ignored. Same seed, same interval. Empty if n is 0 or half of the resamples or more have no
 /// value.
 inline std::optional<validation::Interval> bootstrap_interval(
     std::size_t n, const std::function<std::optional<double>(std::span<const std::size_t>)>& statistic,

@@ -16,12 +16,12 @@ namespace canyon::test {
 /// A value in a message: a number (of a Word its index, of a flag 1 or 0), or a text.
 using Said = std::variant<double, std::string>;
 
-/// The place of a value in a message, by column.
+/// The location of a value in a message, by column.
 template <typename Message>
 using Carried = std::map<std::string, Said (*)(const Message&)>;
 
-/// Every column of a table is either carried, and then the message has the value of a row, or stands among
-/// those that the message lacks. @param relative numbers differ by no more @param number of the row
+/// Every column of a table is either carried, and then the message has the value of a row, or is listed as
+/// missing in the message. @param relative maximum relative difference of numbers @param number of the row
 template <typename Message>
 void expect_carried(output::TableKind kind, const simulation::Epoch& epoch, const Message& message,
                     const Carried<Message>& carried, const std::set<std::string>& lacks,

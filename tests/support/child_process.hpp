@@ -14,7 +14,7 @@
 
 namespace canyon::test {
 
-/// A program in the background, ended by its process id when this goes.
+/// A program in the background, ended by its process id in the destructor.
 class ChildProcess {
  public:
   /// @param words the program, looked up in PATH, and its arguments
@@ -36,7 +36,7 @@ class ChildProcess {
   ~ChildProcess() { end(SIGKILL); }
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
-  /// Asks it to end, and waits until it has.
+  /// Terminates it, and waits for its end.
   void stop() { end(SIGTERM); }
   /// Waits until it has ended.
   void wait() { end(0); }

@@ -17,7 +17,7 @@ struct PlacedTriangle {
 };
 
 /// The first difference of two cities of the same objects in the same order, corners compared to
-/// `tolerance_m`; "" where there is none. Indices may differ, and the order of an object's triangles of
+/// `tolerance_m`; "" if there is none. Indices may differ, and the order of an object's triangles of
 /// different materials.
 inline std::string difference_of(const city::City& a, const city::City& b, double tolerance_m) {
   using city::Mesh;

@@ -44,8 +44,8 @@ inline std::string gml_member(const std::string& surface) {
   return "<gml:surfaceMember>" + surface + "</gml:surfaceMember>";
 }
 
-/// The posLists of a house of 10 m x 8 m with a gable roof along x: eaves at 6 m, ridge at 9 m (600 m^3), its
-/// corner at east, north, up: ground, four walls, two halves of the roof, front sides outwards.
+/// The posLists of a house of 10 m x 8 m with a gable roof along x: eaves at 6 m, ridge at 9 m (600 m^3),
+/// with its corner at east, north, up: ground, four walls, two halves of the roof, front sides outwards.
 inline std::vector<std::string> gml_house(double e = 691000, double n = 5334000, double u = 500) {
   const double corners[10][3] = {{0, 0, 0},  {10, 0, 0}, {10, 8, 0}, {0, 8, 0}, {0, 0, 6},
                                  {10, 0, 6}, {10, 8, 6}, {0, 8, 6},  {0, 4, 9}, {10, 4, 9}};
@@ -63,7 +63,7 @@ inline std::vector<std::string> gml_house(double e = 691000, double n = 5334000,
   return rings;
 }
 
-/// A Building with thematic surfaces and a solid that refers to them, of LoD 2; `more` stands in it first.
+/// A Building with thematic surfaces and a solid that refers to them, of LoD 2; `more` is its first content.
 inline std::string gml_building(const std::string& id, const std::vector<std::string>& rings = gml_house(),
                                 const std::string& more = "") {
   static const char* const kNames[] = {"GroundSurface", "WallSurface", "WallSurface", "WallSurface",

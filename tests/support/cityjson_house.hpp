@@ -25,7 +25,8 @@ inline const std::string kHouseSemantics =
 inline const std::string kHouseSolid = fmt::format(
     R"({{"type":"Solid","lod":"2","boundaries":[{}],"semantics":{}}})", kHouseSurfaces, kHouseSemantics);
 
-/// A CityJSON file. `objects` are the members of CityObjects; `translate` places the house's corner.
+/// A CityJSON file. `objects` are the members of CityObjects; `translate` is the position of the house's
+/// corner.
 inline std::string cityjson(const std::string& objects, const std::string& reference = "EPSG/0/25832",
                             const std::string& translate = "691000,5334000,500",
                             const std::string& version = "2.0",

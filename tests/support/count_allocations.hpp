@@ -3,9 +3,8 @@
 #include <atomic>
 #include <cstdlib>
 
-// Counts allocations of the program that includes this, in one file alone: it replaces malloc, which operator
-// new and Eigen call. Not with sanitizers, which bring their own; CANYON_COUNTS_ALLOCATIONS says whether it
-// does.
+// Counts allocations of the program, if included in exactly one file: replaces malloc, which operator new and
+// Eigen call. Not with sanitizers, which have their own; CANYON_COUNTS_ALLOCATIONS is defined if it counts.
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && defined(__GLIBC__)
 #define CANYON_COUNTS_ALLOCATIONS 1

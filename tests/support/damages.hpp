@@ -18,15 +18,15 @@ namespace canyon::test {
 
 /// The result of reading a damaged file.
 enum class Outcome {
-  Same,    ///< the data of the sound file
+  Same,    ///< the data of the undamaged file
   Noise,   ///< within the noise
-  Said,    ///< other data, with a remark
+  Said,    ///< other data, with a warning
   Refused  ///< an InputError
 };
 
 struct DamageCounts {
   int files = 0, same = 0, noise = 0, said = 0, refused = 0;
-  std::vector<std::string> silent;  ///< other data without a word
+  std::vector<std::string> silent;  ///< other data without a warning
 
   [[nodiscard]] std::string text() const {
     return fmt::format("{} damages: same {}, within noise {}, said {}, refused {}, silent {}", files, same,
@@ -35,7 +35,8 @@ struct DamageCounts {
 };
 
 /// Calls `read` with every `every`-th beginning of a text, and 300 times with two of its bytes replaced by
-/// some of `bytes`, drawn by a seed. An InputError is an answer; everything else goes on to the caller.
+/// some of `bytes`, chosen by a seed. An InputError is a valid result; other exceptions are passed to the
+/// caller.
 template <typename Read>
 void read_damaged(const std::string& good, std::size_t every, const std::string& bytes, const Read& read) {
   const auto survives = [&read](const std::string& text) {
@@ -58,21 +59,21 @@ void read_damaged(const std::string& good, std::size_t every, const std::string&
   }
 }
 
-/// How many bytes lie between those that are left out in turn: `usual`, or the environment's
-/// CANYON_DAMAGE_STRIDE. 1 takes each byte, which is hours for large texts.
+/// Distance of successively omitted bytes: `usual`, or the environment variable CANYON_DAMAGE_STRIDE. 1 tests
+/// each byte, which takes hours for large texts.
 inline std::size_t damage_stride(std::size_t usual) {
   const char* const set = std::getenv("CANYON_DAMAGE_STRIDE");
   const auto stride = parse_integer(set == nullptr ? "" : set);
   return stride && *stride > 0 ? static_cast<std::size_t>(*stride) : usual;
 }
 
-/// Damages a text in turn: every `every`-th byte left out; every line twice; and, with `lines_out`, every
-/// line left out. `judge` says the outcome of a damaged text, or what changed silently.
+/// Damages a text successively: every `every`-th byte omitted; every line twice; and, with `lines_out`, every
+/// line omitted. `judge` returns the outcome of a damaged text, or the silent change.
 class Damages {
  public:
   struct Judgement {
     Outcome outcome = Outcome::Same;
-    std::string silent;  ///< not empty: other data without a word
+    std::string silent;  ///< not empty: other data without a warning
   };
   using Judge = std::function<Judgement(const std::string& text)>;
 

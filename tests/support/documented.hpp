@@ -12,7 +12,7 @@
 namespace canyon::test {
 
 /// Expects `table` in docs/reference/PAGE between the marks of `what`. With CANYON_WRITE_REFERENCE in the
-/// environment it is put there instead (tests/reference.py --write).
+/// environment it is written there instead (tests/reference.py --write).
 inline void expect_documented(const std::string& page, const std::string& what, const std::string& table) {
   const std::filesystem::path path = std::filesystem::path(canyon_source_dir) / "docs/reference" / page;
   std::string text = read_bytes(path);

@@ -10,7 +10,7 @@
 
 namespace canyon::test {
 
-/// The made-up city under GPS and Galileo; one for all tests of a program.
+/// The synthetic city under GPS and Galileo; shared by all tests of a program.
 inline const simulation::Environment& downtown() {
   static const simulation::Environment environment(
       city::synthetic_city({}),

@@ -7,7 +7,7 @@
 
 #include "canyon/paths/propagation/index/knife_edge.hpp"
 
-// Closed forms that rays around edges are compared with.
+// Closed forms for comparison with rays around edges.
 
 namespace canyon::propagation::test {
 
@@ -17,22 +17,22 @@ inline double exact_knife_edge_loss_db(double nu) {
   return -20 * std::log10(std::abs(knife_edge_field(nu)));
 }
 
-/// A ray from a satellite (infinitely far) bent at an edge to the antenna.
+/// A ray from a satellite (infinitely far) diffracted at an edge to the antenna.
 struct EdgeRay {
   Eigen::Vector3d point;    ///< on the edge
   Eigen::Vector3d arrival;  ///< unit, from the antenna to `point`
-  double excess_m = 0;      ///< longer than the straight line by this much
+  double excess_m = 0;      ///< path length minus the straight line
   double bend_rad = 0;      ///< angle between the straight line and `arrival`
 };
 
 /// The stationary path around a straight edge (Keller's cone: the ray makes the same angle with the edge
 /// before and after). With rho the antenna's distance to the edge's line, s the unit direction to the
 /// satellite, s_perp its part perpendicular to the edge and e the unit vector to the nearest point of the
-/// line: excess = rho (|s_perp| - e.s), exact; relative error 1e-12 of rho. Whether the edge blocks or is
-/// seen is the caller's business.
+/// line: excess = rho (|s_perp| - e.s), exact; relative error 1e-12 of rho. The caller checks whether the
+/// edge blocks or is visible.
 /// @param antenna, start, end any one frame, [m], finite
 /// @param satellite unit, from the antenna
-/// @return empty where the stationary point is outside start..end, the edge has no length, the antenna lies
+/// @return empty if the stationary point is outside start..end, the edge has no length, the antenna lies
 /// on its line or the satellite in the direction of the edge (within 1e-9)
 inline std::optional<EdgeRay> ray_around_edge(const Eigen::Vector3d& antenna,
                                               const Eigen::Vector3d& satellite, const Eigen::Vector3d& start,

@@ -9,7 +9,7 @@
 
 namespace canyon::test {
 
-/// A TCP port of 127.0.0.1 that nothing listens on at the moment.
+/// A TCP port of 127.0.0.1 that is unused at the moment.
 inline int free_port() {
   const int socket_fd = socket(AF_INET, SOCK_STREAM, 0);
   sockaddr_in address{};

@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-// Made-up glTF and tiles of 3D Tiles.
+// Synthetic glTF and 3D Tiles.
 
 namespace canyon::test {
 
@@ -33,7 +33,7 @@ inline std::string glb(std::string json, std::string binary, std::uint32_t versi
 
 /// Triangles with one node. @param node members of the node, with a comma before: ",\"translation\":[1,2,3]"
 /// @param material the name of the material
-/// @param features the _BATCHID of each position; none where empty
+/// @param features the _BATCHID of each position; none if empty
 inline std::string triangle_glb(const std::vector<float>& positions,
                                 const std::vector<std::uint16_t>& indices, const std::string& node = {},
                                 const std::string& material = "brick",
@@ -78,7 +78,7 @@ inline std::string box_glb(float width, float depth, float height, const std::st
                       node, material);
 }
 
-/// A b3dm about a glTF.
+/// A b3dm with a glTF.
 inline std::string b3dm(const std::string& gltf, std::string feature_table = R"({"BATCH_LENGTH":0})",
                         std::string batch_table = "") {
   while (feature_table.size() % 8 != 4) feature_table += ' ';
@@ -90,7 +90,7 @@ inline std::string b3dm(const std::string& gltf, std::string feature_table = R"(
          feature_table + batch_table + gltf;
 }
 
-/// A tileset.json whose root is about ENU at a place: box volumes, z up. @param root members of the root
+/// A tileset.json with its root in ENU at a position: box volumes, z up. @param root members of the root
 inline std::string tileset(const std::string& root, const std::string& version = "1.1") {
   return fmt::format(R"({{"asset":{{"version":"{}"}},"geometricError":100,"root":{{{}}}}})", version, root);
 }

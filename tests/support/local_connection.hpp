@@ -14,7 +14,7 @@
 
 namespace canyon::test {
 
-/// A connection to a port of 127.0.0.1 that waits for at most 20 s.
+/// A connection to a port of 127.0.0.1 with a time-out of 20 s.
 class LocalConnection {
  public:
   explicit LocalConnection(int port) : socket_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
@@ -51,7 +51,7 @@ class LocalConnection {
   [[nodiscard]] int handle() const { return socket_; }
   void say(const std::string& text) const { ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL); }
   void end_speech() const { shutdown(socket_, SHUT_WR); }
-  /// Ends like a process that is killed with data unread: the peer gets a reset.
+  /// Ends like a process killed with unread data: the peer gets a reset.
   void abort() {
     const linger now{1, 0};
     setsockopt(socket_, SOL_SOCKET, SO_LINGER, &now, sizeof now);

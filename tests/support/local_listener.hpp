@@ -11,7 +11,7 @@
 
 namespace canyon::test {
 
-/// A port of 127.0.0.1 that takes connections until stop(), which wakes up all that wait.
+/// A port of 127.0.0.1 that accepts connections until stop(), which wakes up all waiting threads.
 class LocalListener {
  public:
   /// @param patience_ms longest wait, so that no test hangs
@@ -28,7 +28,7 @@ class LocalListener {
     }
     port_ = ntohs(address.sin_port);
   }
-  /// Call it after stop(), when no thread waits any more.
+  /// Call it after stop(), when no thread waits.
   ~LocalListener() {
     close(listener_);
     close(stop_[0]);
@@ -39,15 +39,15 @@ class LocalListener {
   [[nodiscard]] int port() const { return port_; }
   /// Call once.
   void stop() const { close(stop_[1]); }
-  /// False after stop(), or when patience ends.
+  /// False after stop(), or after the time-out.
   [[nodiscard]] bool readable(int file) const {
     pollfd waits[2] = {{file, POLLIN, 0}, {stop_[0], POLLIN, 0}};
     return poll(waits, 2, patience_ms_) > 0 && waits[1].revents == 0;
   }
-  /// The next connection; -1 after stop(), or when patience ends. The caller closes it.
+  /// The next connection; -1 after stop(), or after the time-out. The caller closes it.
   [[nodiscard]] int next() const { return readable(listener_) ? accept(listener_, nullptr, nullptr) : -1; }
 
-  /// Appends what came; false at the end of the stream, after stop(), or when patience ends.
+  /// Appends received bytes; false at the end of the stream, after stop(), or after the time-out.
   [[nodiscard]] bool receive(int client, std::string& text) const {
     char buffer[4096];
     if (!readable(client)) return false;

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-/// GoogleTest's main(), which also returns SKIP_RETURN_CODE to ctest where every test was skipped.
+/// GoogleTest's main(), which also returns SKIP_RETURN_CODE to ctest if every test was skipped.
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
   if (const int status = RUN_ALL_TESTS(); status != 0) return status;

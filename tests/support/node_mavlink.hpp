@@ -13,11 +13,11 @@
 #include "tests/support/source_dir.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-// npm's node-mavlink (2.3.0), generated from MAVLink's definitions by others, as check of our frames.
+// npm's node-mavlink (2.3.0), independently generated from MAVLink's definitions, to check Canyon's frames.
 
 namespace canyon::test {
 
-/// A message as node-mavlink read it: counts on the wire, by the definition's names of fields.
+/// A message read by node-mavlink: raw values by the definition's field names.
 struct JudgedMessage {
   std::string version, name;
   int system = 0, component = 0, sequence = 0;

@@ -13,8 +13,8 @@ namespace canyon::test {
 /// Signals of an epoch by satellite and RINEX code.
 using Observations = std::map<std::pair<gnss::SatelliteId, std::string>, rinex::ObservedSignal>;
 
-/// Epochs of a RINEX file. Where Galileo's data and pilot are tracked together, the code is the pilot's, as
-/// binary formats of receivers name it: 1C, 5Q, 7Q.
+/// Epochs of a RINEX file. If Galileo's data and pilot are tracked together, the code is the pilot's, as in
+/// binary formats of receivers: 1C, 5Q, 7Q.
 inline std::vector<std::pair<geodesy::GpsTime, Observations>> observation_epochs(
     const std::filesystem::path& path) {
   rinex::ObservationOptions options;

@@ -7,7 +7,7 @@
 
 namespace canyon::test {
 
-/// A header line of RINEX: content in columns 1 to 60, label behind.
+/// A header line of RINEX: content in columns 1 to 60, then the label.
 inline std::string header_line(const std::string& content, const std::string& label) {
   return fmt::format("{:<60}{:<20}\n", content, label);
 }
@@ -22,7 +22,7 @@ inline std::string blank_field(char lock = ' ') {
   return blank;
 }
 
-/// RINEX 3.04, GPS, GLONASS, Galileo and BeiDou: types in orders of their own, a system without L1, SBAS.
+/// RINEX 3.04, GPS, GLONASS, Galileo and BeiDou: types in different orders, a system without L1, SBAS.
 inline std::string observations3() {
   return header_line("     3.04           OBSERVATION DATA    M: MIXED", "RINEX VERSION / TYPE") +
          header_line("Receiver tool       somebody            20190428 000000 UTC", "PGM / RUN BY / DATE") +
@@ -31,7 +31,7 @@ inline std::string observations3() {
          header_line("1                   PATCH", "ANT # / TYPE") +
          header_line(" -2419215.8865  5385498.5603  2405403.6314", "APPROX POSITION XYZ") +
          header_line("        1.5000        0.2500       -0.1250", "ANTENNA: DELTA H/E/N") +
-         // 14 types: one more than a line holds.
+         // 14 types: one more than fits in a line.
          header_line("G   14 C1C L1C D1C S1C C1W L1W D1W S1W C2W L2W D2W S2W C5Q", "SYS / # / OBS TYPES") +
          header_line("       L5Q", "SYS / # / OBS TYPES") +
          header_line("R    4 C1C L1C D1C S1C", "SYS / # / OBS TYPES") +

@@ -8,7 +8,7 @@
 
 namespace canyon::test {
 
-/// Receiver::observe() of views that are made by hand.
+/// Receiver::observe() of manually made views.
 inline receiver::ReceiverEpoch observe_views(receiver::Receiver& receiver, geodesy::GpsTime time,
                                              const Eigen::Vector3d& antenna_ecef,
                                              const Eigen::Vector3d& velocity_ecef,

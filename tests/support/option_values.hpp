@@ -13,7 +13,7 @@
 
 namespace canyon::test {
 
-/// Values of a key that a reader must refuse, as YAML on one line: of the wrong type, empty, out of range.
+/// Values of a key that a reader must reject, as YAML on one line: of the wrong type, empty, out of range.
 inline std::vector<std::string> bad_values(const options::Key& key) {
   using options::Type;
   if (key.type == Type::Boolean) return {"perhaps", "[true, false]", "''"};
@@ -41,7 +41,7 @@ inline std::vector<std::string> bad_values(const options::Key& key) {
   return values;
 }
 
-/// A value of a key that is allowed, and not the default.
+/// An allowed, non-default value of a key.
 inline std::string another_value(const options::Key& key) {
   using options::Type;
   if (key.type == Type::Boolean) return key.default_value == "true" ? "false" : "true";
@@ -56,7 +56,7 @@ inline std::string another_value(const options::Key& key) {
   if (key.type == Type::Text || key.type == Type::Texts) return "GPS=7";
   const options::Range range = key.range.value();
   const double value = key.default_value == "none" ? INFINITY : parse_double(key.default_value).value_or(NAN);
-  // A value near the default, or else anywhere inside.
+  // A value near the default, else any inside the range.
   const double step = key.type == Type::Integer ? 1 : std::abs(value) * 0.25;
   for (double other :
        {value - step, value + step, range.low / 2 + range.high / 2, range.high / 2, range.low + 4, 1.0}) {

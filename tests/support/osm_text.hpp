@@ -50,7 +50,7 @@ class OsmText {
     return way(id, {n, n + 1, n + 2, n + 3, n}, tags);
   }
 
-  /// Adds the objects of another document behind its own.
+  /// Appends the objects of another document.
   OsmText& append(const OsmText& other) {
     body_ += other.body_;
     return *this;

@@ -11,8 +11,8 @@
 
 namespace canyon::test {
 
-/// A mesh as reference for the engine's rays: every triangle on its own, doubles, no acceleration, a
-/// ray-triangle test of its own (Moeller and Trumbore 1997).
+/// A mesh as reference for the engine's rays: every triangle tested alone, in doubles, without acceleration,
+/// with its own ray-triangle test (Moeller and Trumbore 1997).
 struct PlainTriangles {
   using Vector3d = Eigen::Vector3d;
 
@@ -21,7 +21,7 @@ struct PlainTriangles {
     bool reflects;
   };
 
-  /// Range of the ray to the triangle, negative where it misses.
+  /// Range of the ray to the triangle, negative: no hit.
   [[nodiscard]] static double range_to(const Triangle& t, const Vector3d& origin, const Vector3d& direction) {
     const Vector3d ab = t.b - t.a, ac = t.c - t.a, p = direction.cross(ac);
     const double determinant = ab.dot(p);

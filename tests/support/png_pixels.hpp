@@ -12,7 +12,7 @@
 
 namespace canyon::test {
 
-/// A decoded PNG; fails the test where it is none.
+/// A decoded PNG; fails the test if it is not a PNG.
 class PngPixels {
  public:
   explicit PngPixels(const std::string& png) {

@@ -11,7 +11,7 @@
 namespace canyon::test {
 
 struct ProgramResult {
-  int status = -1;     ///< exit status; -1 where a signal ended it
+  int status = -1;     ///< exit status; -1 if a signal ended it
   std::string output;  ///< standard output
 };
 
@@ -35,7 +35,7 @@ inline bool has_program(const std::string& name) {
 
 }  // namespace canyon::test
 
-/// Skips the test, saying so, where a program that checks it is not installed.
+/// Skips the test with a message if a program needed for its check is not installed.
 #define CANYON_NEEDS_PROGRAM(name)                                               \
   if (!::canyon::test::has_program(name)) {                                      \
     GTEST_SKIP() << "SKIPPED: the judge " << (name) << " is not installed here"; \

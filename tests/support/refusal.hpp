@@ -6,7 +6,7 @@
 
 namespace canyon::test {
 
-/// The message of the InputError that `call` throws; "" where it throws none.
+/// The message of the InputError that `call` throws; "" if it throws none.
 template <typename Call>
 std::string refusal(const Call& call) {
   try {

@@ -4,7 +4,7 @@
 
 namespace canyon::test {
 
-// Made-up but lifelike ephemerides, one for each kind of message, written by hand after the tables of
+// Synthetic but realistic ephemerides, one for each kind of message, written manually by the tables of
 // RINEX 3.04.
 
 inline const std::string kRinex3Header =
@@ -17,7 +17,7 @@ inline const std::string kRinex3Header =
     "    18    18  1929     7                                    LEAP SECONDS        \n"
     "                                                            END OF HEADER       \n";
 
-/// A file of version 2; its last line has rubbish in place of what is spare.
+/// A file of version 2; its last line has random text in the spare fields.
 inline const std::string kVersion2 =
     "     2.11           N: GPS NAV DATA                         RINEX VERSION / TYPE\n"
     "    0.1676D-07 -0.7451D-08 -0.1192D-06  0.1192D-06          ION ALPHA           \n"
@@ -89,15 +89,15 @@ inline const std::string kJ02 =
     "     2.800000000000e+00 0.000000000000e+00-5.587935447693e-09 9.690000000000e+02\n"
     "     4.177800000000e+04 0.000000000000e+00\n";
 
-/// Not among the sample below, as no sky takes it unasked. Message 9 has steps of 2^-31 s and 2^-40 s/s, 0.08
-/// m (0.4 m of z), 0.625 mm/s (4 mm/s) and 12.5 um/s^2 (62.5 um/s^2).
+/// Not in the sample below, since no sky uses it by default. Message 9 has steps of 2^-31 s and 2^-40 s/s,
+/// 0.08 m (0.4 m of z), 0.625 mm/s (4 mm/s) and 12.5 um/s^2 (62.5 um/s^2).
 inline const std::string kS23 =
     "S23 2019 04 28 12 00 00 9.313225746155e-09-1.818989403546e-12 4.321500000000e+04\n"
     "     3.594460008000e+04 1.250000000000e-03-1.250000000000e-08 0.000000000000e+00\n"
     "     2.204414000000e+04-2.187500000000e-03 2.500000000000e-08 4.000000000000e+00\n"
     "     1.200000000000e+02 3.600000000000e-02-6.250000000000e-08 9.200000000000e+01\n";
 
-/// All of the above but kS23 as one file.
+/// All of the above except kS23 as one file.
 inline const std::string kRinex3Sample = kRinex3Header + kG05 + kR07 + kE11 + kC03 + kC21 + kJ02;
 
 /// `text` with the first `from` replaced by `to`.

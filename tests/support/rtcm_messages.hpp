@@ -52,11 +52,11 @@ inline std::uint64_t time_field(gnss::System system, geodesy::GpsTime time) {
   return ms / 86'400'000 << 27 | ms % 86'400'000;
 }
 
-/// MSM`kind` (4 to 7) of a system's cells, those of a satellite together.
+/// MSM`kind` (4 to 7) of a system's cells, grouped by satellite.
 inline broadcast::Bits msm(gnss::System system, int kind, geodesy::GpsTime time,
                            const std::vector<Cell>& cells, bool more = false, int station = 7) {
   const bool fine = kind >= 6, rates = kind % 2 == 1;
-  std::map<int, std::map<int, const Cell*>> table;  // by place of satellite and signal
+  std::map<int, std::map<int, const Cell*>> table;  // by index of satellite and signal
   std::set<int> signals;
   for (const Cell& cell : cells) {
     int signal = 1;

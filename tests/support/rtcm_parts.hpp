@@ -11,11 +11,11 @@
 
 namespace canyon::mavlink {
 
-/// Joins the parts, in whatever order they come.
+/// Joins the parts, received in any order.
 class RtcmParts {
  public:
-  /// Bytes that are complete with this message; none while parts are missing. Parts of a message are
-  /// forgotten when one of another number comes.
+  /// Bytes that are complete with this message; none while parts are missing. Parts of a message are dropped
+  /// when one of another number arrives.
   [[nodiscard]] std::string receive(const GpsRtcmData& data);
 
  private:

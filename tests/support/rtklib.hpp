@@ -7,9 +7,8 @@
 #include "canyon/base/geodesy/gps_time.hpp"
 #include "canyon/sky/gnss/satellite_id.hpp"
 
-// The few functions of RTKLIB 2.4.3 b34 (librtklib-dev, which packages no header) that check Canyon's orbits,
-// and the layout of the structs that they take. broadcast_sky_rtklib_test.cpp would not agree with a wrong
-// layout.
+// The few functions of RTKLIB 2.4.3 b34 (librtklib-dev, which packages no header) used to check Canyon's
+// orbits, and the layout of their structs. With a wrong layout broadcast_sky_rtklib_test.cpp would fail.
 extern "C" {
 
 struct RtklibTime {
@@ -17,8 +16,7 @@ struct RtklibTime {
   double sec;        ///< fraction
 };
 
-// RTKLIB leaves these to the program that it is linked into; weak, as several files of one program include
-// this.
+// RTKLIB leaves these to the linking program; weak, since several files of one program include this header.
 __attribute__((weak)) int showmsg(const char*, ...) {
   return 0;
 }
@@ -61,7 +59,7 @@ struct RtklibSbasEphemeris {
   double af0, af1;
 };
 
-/// The first fields of nav_t; the rest is only room for RTKLIB to write in.
+/// The first fields of nav_t; the rest is only space written by RTKLIB.
 struct RtklibNavigation {
   int n, nmax, ng, ngmax, ns, nsmax, ne, nemax, nc, ncmax, na, namax, nt, ntmax;
   RtklibEphemeris* eph;
@@ -70,7 +68,7 @@ struct RtklibNavigation {
   char rest[32 << 20];
 };
 
-/// RTKLIB's number of a satellite; 0 where this build leaves the system out.
+/// RTKLIB's number of a satellite; 0 if this build lacks the system.
 int satno(int system, int prn);
 void eph2pos(RtklibTime time, const RtklibEphemeris* eph, double* position_m, double* clock_s,
              double* variance);
@@ -97,7 +95,7 @@ inline geodesy::GpsTime gps_time(RtklibTime t) {
       (t.time - kUnixOfGpsEpoch) * geodesy::GpsTime::kNanosecondsPerSecond + std::llround(t.sec * 1e9));
 }
 
-/// RTKLIB's number of a satellite; 0 where its build leaves the system out.
+/// RTKLIB's number of a satellite; 0 if its build lacks the system.
 inline int rtklib_satellite(gnss::SatelliteId id) {
   switch (id.system) {
     case gnss::System::GPS:

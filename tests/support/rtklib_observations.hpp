@@ -14,8 +14,8 @@
 
 namespace canyon::test {
 
-/// obsd_t of Debian's build of RTKLIB 2.4.3 b34, which keeps eight frequencies. The tests that use it would
-/// not agree with a wrong layout.
+/// obsd_t of Debian's build of RTKLIB 2.4.3 b34, which stores eight frequencies. Its tests would fail with a
+/// wrong layout.
 struct RtklibObservation {
   RtklibTime time;
   unsigned char sat, rcv;
@@ -26,7 +26,7 @@ struct RtklibObservation {
 };
 static_assert(sizeof(RtklibObservation) == 216);
 
-/// obs_t; `data` is malloc()'s.
+/// obs_t; `data` is allocated by malloc().
 struct RtklibObservations {
   int n, nmax;
   RtklibObservation* data;
@@ -34,9 +34,9 @@ struct RtklibObservations {
 
 extern "C" char* code2obs(unsigned char code);  ///< "1C"; "" of none
 
-/// Reads an observation file with RTKLIB too: every value of ours is its own, and nothing of its own is
-/// missing. Compares RTKLIB's first frequency of each satellite; with ObservationOptions::all_signals
-/// (versions 3 and 4) those of the same code. Returns the number of signals compared.
+/// Also reads an observation file with RTKLIB: both must have the same values. Compares RTKLIB's first
+/// frequency of each satellite; with ObservationOptions::all_signals (versions 3 and 4) those of the same
+/// code. Returns the number of signals compared.
 inline std::size_t expect_as_rtklib(const std::filesystem::path& path,
                                     const rinex::ObservationOptions& options = {}) {
   RtklibObservations theirs{};
@@ -71,7 +71,7 @@ inline std::size_t expect_as_rtklib(const std::filesystem::path& path,
       EXPECT_EQ(s.carrier_phase_cycles.value_or(0), o.phase[k]);
       EXPECT_EQ(static_cast<float>(s.doppler_hz.value_or(0)), o.doppler[k]);
       EXPECT_NEAR(s.cn0_dbhz.value_or(0), 0.001 * o.snr[k], 0.00051);
-      // RTKLIB drops the indicator of a phase that is missing.
+      // RTKLIB drops the indicator of a missing phase.
       if (s.carrier_phase_cycles) {
         EXPECT_EQ(s.loss_of_lock & 3, o.lli[k] & 3);
       }

@@ -5,7 +5,7 @@
 
 namespace canyon::test {
 
-/// Every field of a message has a value of its own. @param id "G05"
+/// Every field of a message has a different value. @param id "G05"
 inline gnss::KeplerEphemeris sample_ephemeris(const char* id, geodesy::GpsTime toe) {
   gnss::KeplerEphemeris e;
   e.id = *gnss::parse_satellite(id);

@@ -10,7 +10,7 @@
 
 namespace canyon::test {
 
-/// A satellite as a receiver observed it, built by hand.
+/// A manually made satellite observation of a receiver.
 inline receiver::SatelliteObservation sample_satellite(const std::string& id, double azimuth_deg,
                                                        double elevation_deg,
                                                        propagation::Visibility visibility,
@@ -37,8 +37,8 @@ inline receiver::SatelliteObservation sample_satellite(const std::string& id, do
   return satellite;
 }
 
-/// An epoch of receiver 0: five systems, LOS, multipath, NLOS, blocked and low satellites. Without `fix`: as
-/// many satellites, but no solution.
+/// An epoch of receiver 0: five systems, LOS, multipath, NLOS, blocked and low satellites. Without `fix`: the
+/// same satellites, but no solution.
 inline simulation::Epoch sample_epoch(geodesy::GpsTime time, const geodesy::Geodetic& truth,
                                       const Eigen::Vector3d& error_enu_m, bool fix = true) {
   using propagation::Visibility;
@@ -91,7 +91,7 @@ inline simulation::Epoch sample_epoch(geodesy::GpsTime time, const geodesy::Geod
   return epoch;
 }
 
-/// A position filter's prediction: no satellite of the epoch is in it, and there is no DOP.
+/// A position filter's prediction: without satellites of the epoch and without DOP.
 inline simulation::Epoch predicted(simulation::Epoch epoch) {
   for (auto& satellite : epoch.observed.satellites) satellite.used = false;
   positioning::Fix& fix = epoch.observed.fix;

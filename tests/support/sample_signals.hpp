@@ -4,10 +4,10 @@
 
 namespace canyon::test {
 
-/// sample_epoch() of a receiver that knows strength and phase. All received signals are tracked at C/N0 46.3,
-/// 45.3, ... dB-Hz in order of satellites (at the correlator 0.25 dB more), E36 (NLOS) at 22.4; phases hold
-/// since `phase_since`, the phase of G12 was never caught. G31 is searched for. RAIM has excluded E36 and is
-/// content.
+/// sample_epoch() of a receiver with strength and phase. All received signals are tracked at C/N0 46.3,
+/// 45.3, ... dB-Hz in order of satellites (at the correlator 0.25 dB more), E36 (NLOS) at 22.4; phases are
+/// continuous since `phase_since`, except G12, which has no phase. G31 is being searched. RAIM has excluded
+/// E36, and its test passes.
 inline simulation::Epoch sample_signal_epoch(geodesy::GpsTime time, geodesy::GpsTime phase_since,
                                              const Eigen::Vector3d& error_enu_m = {1, -2, 3}) {
   simulation::Epoch epoch = sample_epoch(time, sample_place(), error_enu_m);

@@ -1,6 +1,6 @@
 #pragma once
 
-// References for shadows by other means than drawing; for tests and benchmarks.
+// Reference shadows, not computed by rasterization; for tests and benchmarks.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -41,7 +41,7 @@ inline std::optional<double> first_hit(const city::Mesh& mesh, const Eigen::Vect
   return nearest;
 }
 
-/// How near a half-line comes to where an answer may change: to a side of a triangle, measured across the
+/// Distance of a half-line from a change of the result: to a side of a triangle, measured across the
 /// half-line, or from its origin to a triangle. Metres; up to about 1 m is exact, else at least that.
 inline double distance_to_edge(const city::Mesh& mesh, const Eigen::Vector3d& origin,
                                const Eigen::Vector3d& direction) {
@@ -51,7 +51,7 @@ inline double distance_to_edge(const city::Mesh& mesh, const Eigen::Vector3d& or
     for (int k = 0; k < 3; ++k) {
       Eigen::Vector3d a = mesh.vertices[t[static_cast<std::size_t>(k)]] - origin;
       Eigen::Vector3d b = mesh.vertices[t[static_cast<std::size_t>((k + 1) % 3)]] - origin;
-      // The part of the side that lies ahead of the origin.
+      // The part of the side ahead of the origin.
       double along_a = a.dot(direction), along_b = b.dot(direction);
       if (along_a < 0 && along_b < 0) continue;
       if (along_a < 0) a += along_a / (along_a - along_b) * (b - a);

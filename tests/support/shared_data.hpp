@@ -9,7 +9,7 @@
 
 namespace canyon::test {
 
-/// The folder of real recordings beside the checkout.
+/// The folder of real recordings next to the checkout.
 inline std::filesystem::path shared_data(const std::string& name) {
   return std::filesystem::path(canyon_source_dir) / ".." / "shared" / "data" / name;
 }
@@ -21,7 +21,7 @@ inline constexpr const char* kRealDays[] = {"orbits/ESBC00DNK_R_20201770000_01D_
 
 }  // namespace canyon::test
 
-/// Defines `variable` as the path of a shared file, or skips the test, saying so, where it is absent.
+/// Defines `variable` as the path of a shared file, or skips the test with a message if it is absent.
 #define CANYON_SHARED_DATA(variable, name)                                  \
   const std::filesystem::path variable = ::canyon::test::shared_data(name); \
   if (!std::filesystem::exists(variable)) {                                 \

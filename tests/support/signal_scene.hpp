@@ -36,12 +36,12 @@ inline constexpr GpsTime kTime = CircularSky::kEpoch + std::chrono::hours(5);
 inline constexpr double kChip_m = kSpeedOfLight / 1.023e6;
 inline constexpr double kWavelength_m = kSpeedOfLight / 1575.42e6;
 
-/// Receives both hands alike, so that a metal mirror's reflection is as strong as the direct path.
+/// Receives both polarizations equally, so that a metal mirror's reflection is as strong as the direct path.
 inline AntennaPattern both_hands() {
   return {"both hands", {{0, 0, 0}}};
 }
 
-/// Signals without any randomness but that of the paths' phases, tracked from the first epoch.
+/// Signals without randomness except the paths' phases, tracked from the first epoch.
 inline ReceiverOptions plain() {
   ReceiverOptions options;
   options.noise.enabled = false;
@@ -59,7 +59,8 @@ inline Path direct_path(const orbit::LineOfSight& line) {
   return path;
 }
 
-/// A reflection by a metal plane that leaves `share` of the amplitude, head on from `arrival` (ENU).
+/// A reflection by a metal plane with the fraction `share` of the amplitude, at normal incidence from
+/// `arrival` (ENU).
 inline Path mirror_path(const Eigen::Vector3d& arrival, double excess_m, double share,
                         std::uint64_t reflector = 1) {
   Path path;
@@ -133,7 +134,7 @@ inline ReceiverEpoch observe(Receiver& receiver, const orbit::Sky& sky, GpsTime 
                        sky);
 }
 
-/// The only satellite, at `seconds`, with the paths that `paths_of` makes of its line of sight.
+/// The only satellite, at `seconds`, with the paths made by `paths_of` from its line of sight.
 using PathsOf = std::function<std::vector<Path>(const orbit::LineOfSight&)>;
 inline SatelliteObservation observe_one(Receiver& receiver, double seconds, const PathsOf& paths_of,
                                         const Eigen::Vector3d& antenna = kAntenna,

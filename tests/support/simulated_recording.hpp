@@ -22,15 +22,15 @@
 
 namespace canyon::test {
 
-/// Four minutes through a made-up city that truly stands elsewhere than its map says, as a receiver would
-/// have recorded them: RINEX observations and true positions as files.
+/// Four minutes through a synthetic city whose true position differs from its map, as a recording: RINEX
+/// observations and true positions as files.
 class SimulatedRecording {
  public:
   using Change = std::function<void(simulation::ReceiverConfig&)>;
   using Facades = std::map<std::string, double>;
 
-  /// @param moved where the city truly stands, from its map; @param change of the recording receiver
-  /// @param heights of its houses; @param facades shares of their facades, of the truth alone
+  /// @param moved true position of the city relative to its map; @param change of the recording receiver
+  /// @param heights of its houses; @param facades fractions of their facades, only in the truth
   explicit SimulatedRecording(const validation::Registration& moved = {}, const Change& change = {},
                               const std::string& heights = "min_height_m: 12, max_height_m: 90",
                               const Facades& facades = {}) {
@@ -81,9 +81,9 @@ shadowing: {skyline: {share: 0}}
     return validation::read_recording(scenario_, *environment_, obs, truth_csv, "csv", options);
   }
   [[nodiscard]] const simulation::Scenario& scenario() const { return scenario_; }
-  /// The environment with the map's city, where it is drawn.
+  /// The environment with the map's city, if facades are sampled.
   [[nodiscard]] const simulation::Environment& environment() const { return *environment_; }
-  /// The same with facades drawn.
+  /// The same with sampled facades.
   [[nodiscard]] std::unique_ptr<simulation::Environment> environment_with(const Facades& facades,
                                                                           std::uint64_t seed) const {
     return std::make_unique<simulation::Environment>(dressed(environment_->city(), facades, seed), sky_);
@@ -131,7 +131,7 @@ shadowing: {skyline: {share: 0}}
   std::unique_ptr<simulation::Environment> environment_;
 };
 
-/// A receiver whose signals have strength, without noise: what every later test may say of C/N0.
+/// A receiver with signal strength, without noise: the basis of later tests of C/N0.
 inline void with_strength(simulation::ReceiverConfig& receiver) {
   receiver.options.signal.enabled = true;
   receiver.options.signal.loop_noise = false;

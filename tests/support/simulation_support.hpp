@@ -11,7 +11,7 @@
 
 namespace canyon::simulation::test {
 
-/// A temporary folder that files are written into.
+/// A temporary folder for files.
 class TemporaryFolder : public canyon::test::TemporaryFolder {
  public:
   [[nodiscard]] std::filesystem::path write(const std::string& name, const std::string& text) const {
@@ -20,7 +20,7 @@ class TemporaryFolder : public canyon::test::TemporaryFolder {
   }
 };
 
-/// The InputError that `call` throws; fails the test and returns an empty one where it throws none.
+/// The InputError that `call` throws; fails the test and returns an empty one if it throws none.
 template <typename Call>
 InputError error_of(const Call& call) {
   try {

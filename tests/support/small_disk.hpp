@@ -7,7 +7,7 @@
 
 namespace canyon::test {
 
-/// While it lives, no file of this process grows beyond `bytes`. Stands for a full disk: both fail in
+/// During its lifetime no file of this process grows beyond `bytes`. Simulates a full disk: both fail in
 /// write(2).
 class SmallDisk {
  public:

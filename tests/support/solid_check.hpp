@@ -14,7 +14,7 @@ namespace canyon::test {
 
 /// Volume [m^3] enclosed by an object's triangles (divergence theorem), and whether it is watertight:
 /// directed edges pair off with opposite ones, vertices compared by position. (Four walls may meet in one
-/// edge, where a courtyard touches the outline.) Not watertight without triangles.
+/// edge, if a courtyard touches the outline.) Not watertight without triangles.
 struct SolidCheck {
   double volume_m3 = 0;
   bool watertight = false;
@@ -28,7 +28,7 @@ struct SolidCheck {
   std::vector<Position> positions;
   triangles.reserve(object.triangle_count);
   positions.reserve(3 * static_cast<std::size_t>(object.triangle_count));
-  // About a vertex of the object, so that a place far from the origin costs no digits.
+  // Relative to a vertex of the object, to keep precision far from the origin.
   const Eigen::Vector3d origin = mesh.vertices[mesh.triangles[object.first_triangle][0]];
   for (std::uint32_t t = 0; t < object.triangle_count; ++t) {
     const auto& corners = mesh.triangles[object.first_triangle + t];

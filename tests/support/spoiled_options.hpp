@@ -6,7 +6,7 @@
 
 namespace canyon::test {
 
-/// The message of validate() for default options after `spoil(options)`; "" where it accepts them.
+/// The message of validate() for default options after `spoil(options)`; "" if it accepts them.
 template <typename Options>
 struct SpoiledOptions {
   template <typename Spoil>

@@ -11,7 +11,7 @@
 
 namespace canyon::test {
 
-/// A fresh folder of this test alone, removed with everything in it at the end.
+/// A new folder for this test only, removed with all its content at the end.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -33,7 +33,7 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-/// A file's bytes; throws where it cannot be read.
+/// A file's bytes; throws if it cannot be read.
 inline std::string read_bytes(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) throw std::runtime_error("cannot read " + path.string());

@@ -14,8 +14,8 @@
 namespace canyon::test {
 
 /// An antenna and its clock, moved by white acceleration and white and random-walk frequency, stepped exactly
-/// (a step's gain g gives g dt / 2, and a part of variance q dt^3 / 12 that does not depend on it); and
-/// what a receiver would measure there, by the measurement equations written out again.
+/// (a step's gain g gives g dt / 2, and a part of variance q dt^3 / 12 that does not depend on it); and the
+/// measurements of a receiver there, by an independent implementation of the measurement equations.
 class TestDrive {
  public:
   TestDrive(const orbit::Sky& sky, geodesy::GpsTime start, const geodesy::Geodetic& place, std::uint64_t seed)
@@ -26,7 +26,7 @@ class TestDrive {
         ecef_from_enu_(geodesy::enu_from_ecef_rotation(place).transpose()) {}
 
   Eigen::Vector3d velocity_enu = Eigen::Vector3d::Zero();
-  /// Roots of densities of the acceleration, ENU [m/s^2/sqrt(Hz)]; 0: as it is steered.
+  /// Roots of densities of the acceleration, ENU [m/s^2/sqrt(Hz)]; 0: as steered.
   Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
   double clock_frequency_density = 0, clock_drift_density = 0;
   double bias_s = 0, drift = 0;

@@ -22,8 +22,8 @@
 
 namespace canyon::test {
 
-/// Cells of a tile and what arrives at them, by random numbers; and the fix of a receiver at a cell, from
-/// measurements written out again.
+/// Cells of a tile and their random arrivals; and the fix of a receiver at a cell, from independently
+/// computed measurements.
 struct TileScene {
   CircularSky sky;
   geodesy::LocalFrame frame;
@@ -70,7 +70,7 @@ struct TileScene {
         std::vector<heatmap::CellVisibility>(cells.tile.cells(), heatmap::CellVisibility::Blocked));
     signals.excess_m.assign(signals.satellites.size(), std::vector<float>(cells.tile.cells(), 0));
   }
-  /// Shares of all that are in line of sight, and that only a reflection brings (excess to most_m).
+  /// Fractions in line of sight, and with only a reflection (excess up to most_m).
   void receive(double los, double nlos, double most_m, std::uint64_t seed) {
     RandomStream random(seed, "signals");
     for (std::size_t k = 0; k < signals.satellites.size(); ++k) {
@@ -90,7 +90,7 @@ struct TileScene {
     double horizontal_m = NAN, vertical_m = NAN;
     double solving_s = 0;  ///< of the processor, in solve_fix()
   };
-  /// The answer of positioning::solve_fix() at a cell. @param noise_m per satellite of the tile, or empty
+  /// The result of positioning::solve_fix() at a cell. @param noise_m per satellite of the tile, or empty
   [[nodiscard]] Answer reference_fix(std::size_t cell, const receiver::ReceiverOptions& options,
                                      const std::vector<double>& noise_m = {}) const {
     using geodesy::kSpeedOfLight;
@@ -132,7 +132,7 @@ struct TileScene {
 };
 
 using Maps = std::vector<std::vector<float>>;
-/// -77 where nothing was written.
+/// -77: not written.
 inline Maps solve(const heatmap::SharedReceiver& receiver, const TileScene& scene,
                   const std::vector<heatmap::Layer>& wanted) {
   Maps maps(wanted.size(), std::vector<float>(scene.cells.state.size(), -77));

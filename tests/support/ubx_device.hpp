@@ -48,7 +48,7 @@ inline std::vector<Message> split_frames(const std::string& bytes) {
   std::vector<Message> messages;
   std::size_t framed = 0;
   ubx::UbxParser parser;
-  // Longer payloads than commands have: by their length.
+  // Payloads longer than those of commands are identified by their length.
   for (std::string_view rest = bytes; rest.size() >= 8;) {
     const std::size_t length = ubx::number_at(rest, 4, 2);
     const auto id = static_cast<MessageId>(ubx::number_at(rest, 2, 1) << 8 | ubx::number_at(rest, 3, 1));
@@ -67,7 +67,7 @@ inline std::vector<MessageId> ids(const std::vector<Message>& messages) {
   return found;
 }
 
-/// A device of a receiver at 10 Hz, and one who talks with it.
+/// A device of a receiver at 10 Hz, and its host.
 class UbxDevice {
  public:
   explicit UbxDevice(ubx::Generation generation = ubx::Generation::F9, double interval_s = 0.1,
@@ -89,7 +89,7 @@ class UbxDevice {
   std::vector<Message> send(MessageId id, const std::string& payload = {}) {
     return receive(ubx::frame(id, payload));
   }
-  /// Sends a CFG message; whether it was acknowledged, by exactly that, behind `answers` other messages.
+  /// Sends a CFG message; returns whether it was acknowledged, after exactly `answers` other messages.
   bool accepts(MessageId id, const std::string& payload, std::size_t answers = 0) {
     const auto reply = send(id, payload);
     EXPECT_EQ(reply.size(), answers + 1) << std::hex << id;
@@ -98,7 +98,7 @@ class UbxDevice {
     return reply.back().id == kAck;
   }
   std::optional<int> take_baud() { return encoder_->take_baud(); }
-  /// How often each message comes in `count` epochs of the device's interval.
+  /// The number of each message in `count` epochs of the device's interval.
   std::map<MessageId, int> counts(int count, double interval_s = 0.1) {
     std::map<MessageId, int> found;
     for (int i = 0; i < count; ++i) {

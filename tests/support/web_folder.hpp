@@ -14,8 +14,8 @@
 
 namespace canyon::test {
 
-/// An HTTP server on 127.0.0.1 for files by their paths; 404 for all others. Each connection has a thread,
-/// so that a file that stalls holds up no other. The file named "stall" is never sent.
+/// An HTTP server on 127.0.0.1 for files by their paths; 404 for all others. Each connection has a thread, so
+/// that a stalled file does not block others. The file named "stall" is never sent.
 class WebFolder {
  public:
   struct File {
@@ -38,7 +38,7 @@ class WebFolder {
   [[nodiscard]] std::string url(const std::string& path) const {
     return fmt::format("http://127.0.0.1:{}{}", listener_.port(), path);
   }
-  /// Paths with queries, in the order in which they came.
+  /// Paths with queries, in order of arrival.
   [[nodiscard]] std::vector<std::string> requests() const {
     const std::lock_guard<std::mutex> lock(mutex_);
     return requests_;

@@ -1,4 +1,4 @@
-// C/N0 of each satellite at the instant: what the receiver states as a bar, the true one as a tick.
+// C/N0 of each satellite at the instant: the value reported by the receiver as a bar, the true one as a tick.
 
 import { Canvas, kFont } from './canvas';
 import { kPaint, visibilityColour } from './palette';

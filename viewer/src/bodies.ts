@@ -1,5 +1,5 @@
-// Bodies about the antenna at an instant that no map has: vehicles, signs, awnings, crowns of trees, a host's moving models;
-// and an arrow for the vehicle that carries the antenna.
+// Bodies near the antenna at an instant that are not in the map: vehicles, signs, awnings, crowns of trees, a host's moving models;
+// and an arrow for the vehicle with the antenna.
 
 import { BufferGeometry, Color, DoubleSide, IcosahedronGeometry, Mesh, MeshBasicMaterial, type Raycaster } from 'three';
 import { lit } from './light';
@@ -13,7 +13,7 @@ const kRadians = Math.PI / 180;
 const kBox = [0, 1, 3, 0, 3, 2, 4, 7, 5, 4, 6, 7, 0, 5, 1, 0, 4, 5, 2, 3, 7, 2, 7, 6, 0, 2, 6, 0, 6, 4, 1, 5, 7, 1, 7, 3];
 const kCrown = new IcosahedronGeometry(1, 1).getAttribute('position').array;
 const kNames: Record<string, string> = { vehicle: 'Vehicle', structure: 'Sign, awning or footbridge', crown: 'Crown of a tree' };
-/** An arrow: nose, left, right, notch, top; ahead, left, up [m]. A car's length. */
+/** An arrow: nose, left, right, notch, top; ahead, left, up [m]. As long as a car. */
 const kArrow = [[2.6, 0, 0], [-1.9, 1.3, 0], [-1.9, -1.3, 0], [-1.1, 0, 0], [-1, 0, 0.8]] as const;
 const kArrowFaces = [0, 1, 4, 0, 4, 2, 1, 3, 4, 3, 2, 4, 0, 3, 1, 0, 2, 3];
 
@@ -38,7 +38,7 @@ export class Bodies {
     this.owners = [];
   }
 
-  /** @param word of its kind */
+  /** @param word its kind */
   add(body: BodyRow, word: string, theme: Theme): void {
     const { east_m: east, north_m: north, low_m: low, high_m: high } = body;
     const colour = new Color(word === 'crown' ? kMaterialColours['foliage'] : word === 'structure' ? kPaint[theme].structure : kPaint[theme].vehicle);
@@ -85,7 +85,7 @@ export class Bodies {
     }
   }
 
-  /** The first body that a ray meets. */
+  /** The first body hit by a ray. */
   pick(ray: Raycaster): { what: string; distance: number } | null {
     const hit = ray.intersectObject(this.mesh, false)[0];
     if (!hit) return null;
@@ -93,7 +93,7 @@ export class Bodies {
     return { what: owner ? described(owner.body, owner.word) : 'The vehicle that carries the antenna', distance: hit.distance };
   }
 
-  /** Shows what was added since clear(). */
+  /** Shows the bodies added since clear(). */
   finish(): void {
     this.mesh.geometry.dispose();
     this.mesh.geometry = coloured(this.positions, lit(this.positions, (triangle) => this.colours[triangle] ?? new Color(), 0.35));

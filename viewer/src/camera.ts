@@ -1,4 +1,4 @@
-// The camera and what moves it: free, follow, top, first person. One orbit for all of them, by angles.
+// The camera and its controls: free, follow, top, first person. All use one orbit, given by angles.
 
 import { PerspectiveCamera, Vector3 } from 'three';
 import type { CameraMode } from './state';
@@ -7,7 +7,7 @@ const kRadians = Math.PI / 180;
 
 export class CameraControl {
   readonly camera = new PerspectiveCamera(50, 1, 0.5, 20_000);
-  /** Azimuth that the camera looks towards, from north clockwise, and how steeply down [deg]. */
+  /** Viewing direction of the camera: azimuth from north clockwise, and angle below the horizontal [deg]. */
   azimuth = 35;
   down = 38;
   distance = 260;
@@ -18,7 +18,7 @@ export class CameraControl {
   private readonly pointers = new Map<number, { x: number; y: number }>();
   private moved = 0;
 
-  /** @param onMove the picture must be drawn anew
+  /** @param onMove the picture must be redrawn
    *  @param onPick a click, in the element's normalised coordinates; whether Shift was held */
   constructor(element: HTMLElement, onMove: () => void, onPick: (x: number, y: number, shift: boolean) => void) {
     element.addEventListener('pointerdown', (e) => {
@@ -99,7 +99,7 @@ export class CameraControl {
     if (mode === 'follow' || mode === 'top') this.target.copy(this.vehicle);
   }
 
-  /** Where the antenna is and which way it travels (azimuth, degrees). */
+  /** The antenna's position and its direction of travel (azimuth, degrees). */
   moveVehicle(place: Vector3, heading: number): void {
     if (this.mode === 'follow' || this.mode === 'top') this.target.add(place).sub(this.vehicle);
     if (this.mode === 'first') this.azimuth += heading - this.heading;

@@ -1,6 +1,6 @@
-// A canvas that is as sharp as the screen and drawn anew when it or its data change.
+// A canvas in the screen's resolution, redrawn when it or its data change.
 
-/** Smaller than this [pixels] nothing is drawn. */
+/** Below this size [pixels] nothing is drawn. */
 const kLeast = 24;
 
 export class Canvas {
@@ -22,7 +22,7 @@ export class Canvas {
     if (!host) return;
     const scale = devicePixelRatio || 1;
     const { clientWidth, clientHeight } = host;
-    // A canvas that gets a size, be it the same, gets new memory.
+    // Setting a canvas's size, even to the same value, allocates new memory.
     if (clientWidth !== this.width || clientHeight !== this.height || scale !== this.scale) {
       [this.width, this.height, this.scale] = [clientWidth, clientHeight, scale];
       this.element.width = Math.max(1, Math.round(this.width * scale));
@@ -30,7 +30,7 @@ export class Canvas {
       this.element.style.width = `${this.width}px`;
       this.element.style.height = `${this.height}px`;
     }
-    // Drawn by the processor: so small a picture is done before a graphics processor, or what stands in for one, has begun.
+    // Drawn by the processor: for such small pictures this is faster than starting a (real or emulated) graphics processor.
     const c = this.element.getContext('2d', { willReadFrequently: true });
     if (!c || Math.min(this.width, this.height) < kLeast) return;
     c.setTransform(scale, 0, 0, scale, 0, 0);

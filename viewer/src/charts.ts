@@ -1,4 +1,4 @@
-// Over time: errors, satellites and DOP, C/N0 of what is selected. A click goes there, dragging along it. And of the instant: the
+// Over time: errors, satellites and DOP, C/N0 of the selection. A click or drag sets the time. And for the instant: the
 // correlation function of the selected satellite.
 
 import uPlot from 'uplot';
@@ -19,12 +19,12 @@ interface Series {
 }
 
 interface Plotted {
-  /** Seconds; of a correlation function metres. */
+  /** Seconds; for a correlation function metres. */
   x: ArrayLike<number>;
   unit: string;
   series: Series[];
   note?: string;
-  /** Where this is one: its paths, and where the code loop is [m]. */
+  /** For a correlation function: its paths, and the delay of the code loop [m]. */
   correlation?: { paths: CorrelationFunction['paths']; loop: number };
 }
 
@@ -32,11 +32,11 @@ export class Chart {
   kind: ChartKind = 'error';
   private plot: uPlot | null = null;
   private shown: Plotted = { x: [], unit: '', series: [] };
-  /** The line at the instant: an element of its own, so that the curves need not be drawn anew. */
+  /** The line at the instant: a separate element, so that the curves need no redraw. */
   private readonly now = Object.assign(document.createElement('div'), { className: 'now' });
 
-  /** @param run whether a receiver is one of the run, and which of these the chart is about: an antenna that was put
-   *  somewhere knows one instant only */
+  /** @param run whether a receiver is of the run, and the chart's receiver of the run: an antenna that was put
+   *  somewhere has only one instant */
   constructor(private readonly host: HTMLElement, private readonly store: Store, private readonly state: State,
               private readonly goTo: (seconds: number) => void,
               private readonly run: { receiver: () => number; has: (receiver: number) => boolean }) {
@@ -98,7 +98,7 @@ export class Chart {
     ] };
   }
 
-  /** Horizontal errors of all receivers, at the epochs of the one that the panels show. */
+  /** Horizontal errors of all receivers, at the epochs of the receiver in the panels. */
   private receivers(): Plotted {
     const { state, store } = this;
     const chosen = this.run.receiver();
@@ -112,7 +112,7 @@ export class Chart {
     })).filter((_s, r) => this.run.has(r)) };
   }
 
-  /** Recorded and simulated pseudorange errors: of the selected satellite, else of all of an epoch. */
+  /** Recorded and simulated pseudorange errors: of the selected satellite, else of all satellites of an epoch. */
   private ranges(): Plotted {
     const { state, store } = this;
     const pair = store.header.comparison;
@@ -199,7 +199,7 @@ export class Chart {
       ...this.size(),
       padding: [8, 10, 0, 0],
       legend: { show: true, live: true },
-      // Legend and buttons lie over the upper edge.
+      // Legend and buttons overlap the upper edge.
       scales: { x: { time: false }, y: { range: { min: { pad: 0.05, soft: 0, mode: 2 }, max: { pad: 0.3, soft: 0, mode: 2 } } } },
       cursor: { y: false, drag: { x: false, y: false }, points: { size: 5 } },
       axes: [
@@ -213,7 +213,7 @@ export class Chart {
           value: (_u, v) => (v === null || v === undefined ? (correlation ? '' : '–') : v.toFixed(2)),
         })),
       ],
-      // Behind uPlot's own first picture, which empties the legend.
+      // After uPlot's own first picture, which clears the legend.
       hooks: { drawClear: [(u) => (correlation ? this.drawPaths(u, correlation.paths) : this.drawLosses(u))], setSize: [() => this.showNow()], ready: [() => setTimeout(() => this.showNow())] },
     };
     this.plot = new uPlot(options, [clean(x), ...series.map((s) => clean(s.values))] as uPlot.AlignedData, this.host);
@@ -221,7 +221,7 @@ export class Chart {
     if (!correlation) onDrag(this.plot.over, (at) => this.plot && this.goTo(this.plot.posToVal(at, 'x')));
   }
 
-  /** Behind the curve: each path at its detour, as high as it is strong. */
+  /** Behind the curve: each path at its excess delay, with its strength as height. */
   private drawPaths(u: uPlot, paths: CorrelationFunction['paths']): void {
     const foot = u.valToPos(0, 'y', true);
     u.ctx.save();

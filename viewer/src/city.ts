@@ -1,4 +1,4 @@
-// The city's mesh: read from glTF binary, merged into tiles of one colour attribute each.
+// The city's mesh: read from glTF binary, merged into tiles with one colour attribute each.
 
 import {
   BufferAttribute, BufferGeometry, Color, DoubleSide, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Mesh,
@@ -17,9 +17,9 @@ interface Gltf {
   materials: { name: string }[];
 }
 
-/** Side of a tile [m]: what is outside the picture is not drawn, tile by tile. */
+/** Side of a tile [m]: tiles outside the picture are not drawn. */
 const kTile = 500;
-/** Above so many triangles edges of buildings are left out: they cost as much again. */
+/** Above this number of triangles, edges of buildings are omitted: they would double the cost. */
 const kMostEdged = 120_000;
 
 class Tile {
@@ -31,7 +31,7 @@ class Tile {
 export class CityMesh {
   readonly group = new Group();
   readonly objects: CityObject[];
-  /** x, y, z of the lowest and the highest corner of what stands on the ground. */
+  /** x, y, z of the lowest and the highest corner of objects on the ground. */
   readonly low: [number, number, number] = [Infinity, Infinity, Infinity];
   readonly high: [number, number, number] = [-Infinity, -Infinity, -Infinity];
   private readonly meshes: Mesh[] = [];
@@ -59,7 +59,7 @@ export class CityMesh {
     let object = -1;
     for (const node of gltf.nodes) {
       if (node.mesh === undefined) continue;
-      ++object;  // nodes and the header's objects are in one order
+      ++object;  // nodes and the header's objects have the same order
       const [tx, ty, tz] = node.translation ?? [0, 0, 0];
       for (const primitive of gltf.meshes[node.mesh]?.primitives ?? []) {
         const at = (accessor: number): [number, number] => {
@@ -72,7 +72,7 @@ export class CityMesh {
         const [i, indices] = at(primitive.indices);
         const position = new Float32Array(glb.slice(p, p + 12 * vertices));
         const index = new Uint32Array(glb.slice(i, i + 4 * indices));
-        // glTF: x east, y up, z south. By the object's first corner; terrain by each triangle's, since it spans the city.
+        // glTF: x east, y up, z south. Tiles by the object's first corner; for terrain by each triangle's, since terrain spans the city.
         const terrain = this.objects[object]?.surface === 'terrain';
         let place: [number, number] | null = null;
         for (let t = 0; t < indices; t += 3) {
@@ -124,7 +124,7 @@ export class CityMesh {
     this.group.add(edges);
   }
 
-  /** Gives all surfaces their colours anew. Facades are darker near the ground, as between buildings. */
+  /** Recolours all surfaces. Facades are darker near the ground, as between buildings. */
   paint(by: 'height' | 'material', theme: Theme): void {
     const paint = kPaint[theme];
     const low = new Color(paint.lowRoof), high = new Color(paint.highRoof), ground = new Color(paint.ground);
@@ -159,7 +159,7 @@ export class CityMesh {
     }
   }
 
-  /** The object that a ray meets first, and how far from its origin; null for terrain and the sky. */
+  /** The first object hit by a ray, and its distance; null for terrain and sky. */
   pick(ray: Raycaster): { object: number; distance: number } | null {
     const hit = this.hit(ray);
     if (!hit || hit.faceIndex === undefined || hit.faceIndex === null) return null;
@@ -167,12 +167,12 @@ export class CityMesh {
     return object !== null && this.objects[object]?.surface !== 'terrain' ? { object, distance: hit.distance } : null;
   }
 
-  /** Where a ray meets the city first. */
+  /** The first hit of a ray in the city. */
   hit(ray: Raycaster): Intersection | undefined {
     return ray.intersectObjects(this.meshes, false)[0];
   }
 
-  /** Lays a colour over one object. */
+  /** Overlays a colour on one object. */
   show(object: number | null, colour: string): void {
     if (this.highlight) {
       this.group.remove(this.highlight);
@@ -188,7 +188,7 @@ export class CityMesh {
         if (o === object) for (let k = 0; k < 9; ++k) positions.push(position[9 * t + k] ?? 0);
       });
     }
-    // A part of the light only: the colour should show on the dark side, too.
+    // Only part of the light: the colour must also be visible on the dark side.
     const paint = new Color(colour);
     this.highlight = new Mesh(coloured(positions, lit(positions, () => paint, 0.5)), new MeshBasicMaterial({
       vertexColors: true, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -1,

@@ -1,8 +1,8 @@
-// From a heat map's values to colours, as Canyon's own pictures have them (canyon/studies/heatmap/pictures/map_style.hpp).
+// From a heat map's values to colours, as in Canyon's own pictures (canyon/studies/heatmap/pictures/map_style.hpp).
 
 import type { MapLayer } from './format';
 
-/** A layer's colours as the user has chosen them. */
+/** A layer's colours as selected by the user. */
 export interface Scale {
   low: number;
   high: number;
@@ -28,7 +28,7 @@ export function position(layer: MapLayer, scale: Scale, value: number): number {
   return eased(Math.min(1, Math.max(0, (value - low) / (high - low))));
 }
 
-/** The value that stands at a position; position() the other way round. */
+/** The value at a position; inverse of position(). */
 export function valueAt(layer: MapLayer, scale: Scale, t: number): number {
   const eased = (part: number): number => (layer.progression === 'square root' ? part * part : part);
   const { low, high } = scale;
@@ -46,7 +46,7 @@ export function colourAt(layer: MapLayer, bar: readonly Rgb[], t: number): Rgb {
   return bar[Math.round(at * (bar.length - 1))] ?? [0, 0, 0];
 }
 
-/** "7.38", "0.95", "1234": three digits of a value; whole numbers where `decimals` is 0. */
+/** "7.38", "0.95", "1234": three digits of a value; integers if `decimals` is 0. */
 export function figure(value: number, decimals: number): string {
   if (decimals === 0) return value.toFixed(Number.isInteger(value) ? 0 : 1);
   const size = Math.abs(value);

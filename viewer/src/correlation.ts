@@ -1,20 +1,20 @@
-// The correlation function of a satellite at a receiver: the sum of the correlation functions of its paths, each with its detour,
-// strength and phase, as `canyon correlation` draws it over time.
+// The correlation function of a satellite at a receiver: the sum of the correlation functions of its paths, each with its excess delay,
+// strength and phase, as drawn over time by `canyon correlation`.
 
 import type { Code } from './format';
 import type { SatelliteRow } from './store';
 
-/** The function at one instant. Delays are detours after the line of sight [m], magnitudes over those of a clear line of sight. */
+/** The function at one instant. Delays are relative to the line of sight [m], magnitudes relative to a clear line of sight. */
 export interface CorrelationFunction {
   delays: Float64Array;
   magnitudes: Float64Array;
-  /** Magnitude of each path by itself, at its detour. */
+  /** Magnitude of each single path, at its delay. */
   paths: { kind: number; delay: number; magnitude: number }[];
 }
 
 const kSteps = 300;
 
-/** Straight between its values, which reach to a chip. */
+/** Linear between its values, which extend to one chip. */
 function valueOf(code: Code, delay: number): number {
   const at = Math.abs(delay / code.chip_m) * (code.values.length - 1);
   const i = Math.floor(at);
@@ -22,7 +22,7 @@ function valueOf(code: Code, delay: number): number {
   return low + (at - i) * ((code.values[i + 1] ?? 0) - low);
 }
 
-/** From a chip before the line of sight to one behind the longest detour, three chips at least. */
+/** From one chip before the line of sight to one after the longest delay, at least three chips. */
 export function correlationFunction(row: SatelliteRow, code: Code): CorrelationFunction {
   const seen = row.paths.filter((p) => Number.isFinite(p.loss_db));
   const amplitudes = seen.map((p) => 10 ** (-p.loss_db / 20));

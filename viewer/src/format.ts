@@ -17,10 +17,10 @@ export interface CityObject {
   height_source?: string;
 }
 
-/** Figures of a run by name; null or absent: it has none. */
+/** Metrics of a run by name; null or absent: no value. */
 export type Summary = { epochs: number } & Record<string, number | null | undefined>;
 
-/** How people read a figure: its value times the factor is in the unit. */
+/** Display of a metric: its value times the factor is in the unit. */
 export interface Figure {
   name: string;
   label: string;
@@ -38,7 +38,7 @@ export interface Receiver {
   summary: Summary | null;
 }
 
-/** A receiver's file: all its epochs, or satellites and paths of some. */
+/** A receiver's file: all its epochs, or satellites and paths of a block of epochs. */
 export interface ChunkEntry {
   file: string;
   kind: 'track' | 'block';
@@ -67,7 +67,7 @@ export interface MapLayer {
   name: string;
   title: string;
   unit: string;
-  /** Values times this are in the unit. */
+  /** Values times this factor are in the unit. */
   factor: number;
   decimals: number;
   low: number;
@@ -90,7 +90,7 @@ export interface MapHeader {
   colours: Record<string, string[]>;
 }
 
-/** The correlation function of a signal: values from no delay to one of a chip, straight between them. */
+/** The correlation function of a signal: values from zero delay to one chip, linear between them. */
 export interface Code {
   system: string;
   signal: string;
@@ -98,7 +98,7 @@ export interface Code {
   values: number[];
 }
 
-/** Texts that numbers in columns stand for, by the column's name. */
+/** Texts of indices in columns, by the column's name. */
 export type Words = Record<string, string[] | undefined>;
 
 export interface Header {
@@ -110,7 +110,7 @@ export interface Header {
   city: { name: string; file: string; triangles: number; notes: string[]; objects: CityObject[] };
   words: { status: string[]; placement: string[]; visibility: string[]; lock: string[]; path: string[]; body?: string[] } & Words;
   paths_per_satellite: number;
-  /** Views of earlier versions do not name them. */
+  /** Missing in views of earlier versions. */
   figures?: Figure[];
   receivers: Receiver[];
   satellites: { id: string; system: string }[];
@@ -119,7 +119,7 @@ export interface Header {
   map?: MapHeader;
   comparison?: Comparison;
   chunks: (ChunkEntry | MapChunkEntry | ComparisonChunkEntry)[];
-  /** Epochs come as messages. */
+  /** Epochs are sent as messages. */
   live?: boolean;
 }
 
@@ -129,7 +129,7 @@ export type Values = Float64Array | Float32Array | Int32Array | Uint32Array | Ui
 export class Rows {
   constructor(readonly size: number, private readonly columns: Map<string, Values>) {}
 
-  /** A whole column; throws for a name that the file does not have. */
+  /** A whole column; throws for a name that is not in the file. */
   column(name: string): Values {
     const values = this.columns.get(name);
     if (!values) throw new Error(`no column ${name}`);
@@ -144,7 +144,7 @@ export class Rows {
     return this.column(name)[row] ?? NaN;
   }
 
-  /** Values of a row by the names of their columns; NaN where the file has no such column. */
+  /** Values of a row by the names of their columns; NaN if the file has no such column. */
   row<Name extends string>(names: readonly Name[], row: number): Record<Name, number> {
     const values = {} as Record<Name, number>;
     for (const name of names) values[name] = this.columns.get(name)?.[row] ?? NaN;
@@ -161,7 +161,7 @@ const kTypes = {
   u8: Uint8Array,
 } as const;
 
-/** Takes a chunk apart; nothing is copied. Typed arrays are little-endian wherever browsers run. */
+/** Parses a chunk without copying. Typed arrays are little-endian on all machines with browsers. */
 export function decodeChunk(buffer: ArrayBuffer, header: Header): Map<string, Rows> {
   const view = new DataView(buffer);
   const magic = new TextDecoder().decode(new Uint8Array(buffer, 0, 8));
@@ -185,7 +185,7 @@ export function decodeChunk(buffer: ArrayBuffer, header: Header): Map<string, Ro
   return result;
 }
 
-/** Unpacks gzip. @param name of the file, for the message about a damaged one */
+/** Unpacks gzip. @param name of the file, for the message about a damaged file */
 export async function gunzip(bytes: Uint8Array<ArrayBuffer>, name: string): Promise<ArrayBuffer> {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'));
   return new Response(stream).arrayBuffer().catch(() => {
@@ -201,9 +201,9 @@ export function unpacked(text: string): Uint8Array<ArrayBuffer> {
   return bytes;
 }
 
-/** Where a view comes from: the page itself, or the server that sent it. */
+/** The source of a view: the page itself, or its server. */
 export interface Source {
-  /** Whether a running `canyon` can be asked. */
+  /** Whether a running `canyon` accepts requests. */
   readonly served: boolean;
   header(): Promise<Header>;
   file(name: string): Promise<ArrayBuffer>;
@@ -245,7 +245,7 @@ export function openSource(): Source {
   return document.getElementById('canyon-view') ? new EmbeddedSource() : new ServedSource();
 }
 
-/** Throws, in words for people, where a header is of another format or version. */
+/** Throws, with a readable message, if a header is of another format or version. */
 export function checkHeader(header: Header | null): asserts header is Header {
   if (!header || header.format !== 'canyon view') throw new Error('This page has no data of Canyon.');
   if (header.version !== 1) {

@@ -1,4 +1,4 @@
-// A heat map over the city: its cells as a picture on the height that they were computed at, a panel that chooses layer,
+// A heat map over the city: its cells as a picture at their computed height, a panel to select layer,
 // altitude, time and colours, and a probe that reads the cell under the pointer.
 
 import {
@@ -31,7 +31,7 @@ export class HeatMap {
   constructor(private readonly store: Store, private readonly map: MapHeader, private readonly state: State) {
     this.bars = Object.fromEntries(Object.entries(map.colours).map(([name, list]) => [name, list.map(rgb)]));
     this.scales = map.layers.map(({ low, high, colours }) => ({ low, high, colours }));
-    // Most look for the errors of fixes.
+    // The errors of fixes are the most common layer.
     this.layer = Math.max(0, map.layers.findIndex((l) => l.name === 'horizontal_error'));
     this.mesh = new Mesh(new BufferGeometry(), new MeshBasicMaterial({
       transparent: true, opacity: 0.82, side: DoubleSide, depthWrite: false, toneMapped: false, alphaTest: 0.01, polygonOffset: true,
@@ -48,12 +48,12 @@ export class HeatMap {
     return this.scales[this.layer] as Scale;
   }
 
-  /** Loads and shows the chosen layer. */
+  /** Loads and shows the selected layer. */
   async show(): Promise<void> {
     const ask = ++this.asked;
     const { altitude, time } = this;
     const [cells, values] = await Promise.all([this.store.mapCells(altitude), this.store.mapValues(altitude, time)]);
-    if (ask !== this.asked) return;  // something else was chosen meanwhile
+    if (ask !== this.asked) return;  // the selection changed meanwhile
     this.cells = cells;
     this.values = values;
     if (this.builtAltitude !== altitude) this.build();
@@ -65,7 +65,7 @@ export class HeatMap {
     return this.cells?.at('up_m', row * this.map.grid.columns + column) ?? NaN;
   }
 
-  /** A sheet over all cells, at their heights; flat where they are. */
+  /** A sheet over all cells, at their heights; flat if they are. */
   private build(): void {
     const { west_m, south_m, spacing_m, columns, rows } = this.map.grid;
     const heights = this.cells?.column('up_m') ?? [];
@@ -137,18 +137,18 @@ export class HeatMap {
     const bar = this.bars[this.scale.colours] ?? [];
     return Array.from({ length: steps }, (_, i) => colourAt(this.chosen, bar, (i + 0.5) / steps));
   }
-  /** In the layer's unit, at a position of the bar. */
+  /** The value in the layer's unit at a position of the bar. */
   barValue(t: number): number {
     return valueAt(this.chosen, this.scale, t) * this.chosen.factor;
   }
 
-  /** The cell that a ray meets, and how far from its origin; null beside the map. */
+  /** The cell hit by a ray, and its distance; null outside the map. */
   hit(ray: Ray): { column: number; row: number; distance: number } | null {
     if (!this.cells || !this.mesh.visible || Math.abs(ray.direction.z) < 1e-6) return null;
     const { west_m, south_m, spacing_m, columns, rows } = this.map.grid;
     let z = this.mesh.geometry.boundingSphere?.center.z ?? 0;
     const place = new Vector3();
-    // Heights of streets change slowly: where the ray meets the height of the cell before, a few times over.
+    // Heights of streets change slowly: iterates a few times with the height of the previous cell.
     for (let step = 0; step < 8; ++step) {
       const distance = (z - ray.origin.z) / ray.direction.z;
       if (distance <= 0) return null;
@@ -169,7 +169,7 @@ export class HeatMap {
     const { west_m, south_m, spacing_m } = this.map.grid;
     return [west_m + (column + 0.5) * spacing_m, south_m + (row + 0.5) * spacing_m, this.up(column, row)];
   }
-  /** The ground below a cell's antenna, and its height above it [m]; above the ellipsoid the ground is not known, and this is 0. */
+  /** The ground below a cell's antenna, and its height above it [m]; for altitudes above the ellipsoid the ground is unknown, and this is 0. */
   footOf(column: number, row: number): { foot: [number, number, number]; height: number } {
     const [east, north, up] = this.centre(column, row);
     const height = this.map.altitude_above === 'terrain' ? this.map.altitudes_m[this.altitude] ?? 0 : 0;
@@ -191,7 +191,7 @@ export class HeatMap {
     return `${figure(value * about.factor, about.decimals)}${about.unit ? ` ${about.unit}` : ''}`;
   }
 
-  /** All layers at a cell, for the panel of what is selected. */
+  /** All layers at a cell, for the panel of the selection. */
   cellHtml(column: number, row: number): Html {
     const [east, north, up] = this.centre(column, row);
     const shown = (m: number): string => m.toFixed(1);

@@ -1,5 +1,5 @@
-// Light that never moves: worked out once for each surface instead of for each pixel of each picture, which is what
-// drawing without a graphics processor has no time for.
+// Static light: computed once for each surface instead of for each pixel of each picture, which is
+// too slow without a graphics processor.
 
 import { Color } from 'three';
 
@@ -18,7 +18,7 @@ export function light(x: number, y: number, z: number, result: Color): Color {
   return result;
 }
 
-/** Colours of triangles' corners in their light; `dark`: how much of it a surface has that gets none. */
+/** Colours of triangles' corners in their light; `dark`: the fraction for a surface without light. */
 export function lit(positions: ArrayLike<number>, colourOf: (triangle: number) => Color, dark: number): Float32Array {
   const lights = lightOfTriangles(positions);
   const result = new Float32Array(positions.length);

@@ -1,5 +1,5 @@
 // Lines of a width in pixels and marks of a size in pixels; each is drawn once in front of buildings and once, thin and
-// faint, through them, so that what happens behind a facade can be followed.
+// faint, through them, so that paths behind a facade stay visible.
 
 import {
   BufferAttribute, BufferGeometry, CanvasTexture, Color, Group, LineBasicMaterial, LineDashedMaterial, LineSegments, Points, PointsMaterial,
@@ -9,13 +9,13 @@ import { LineMaterial } from 'three/examples/jsm/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js';
 
-/** Width [pixels] up to which lines are drawn as thin as they come. */
+/** Width [pixels] up to which lines are drawn with minimum width. */
 const kThin = 1.1;
 
-/** More pieces than this are drawn thin, whatever their width: without a graphics processor they take seconds otherwise. */
+/** More pieces than this are drawn thin, for any width: without a graphics processor they would take seconds. */
 const kMostWide = 3000;
 
-/** Corners of triangles, ends of lines or points, three numbers each, with a colour of each. */
+/** Corners of triangles, ends of lines or points, three numbers each, with one colour each. */
 export function coloured(positions: readonly number[], colours: ArrayLike<number>): BufferGeometry {
   const geometry = new BufferGeometry();
   geometry.setAttribute('position', new BufferAttribute(new Float32Array(positions), 3));
@@ -23,7 +23,7 @@ export function coloured(positions: readonly number[], colours: ArrayLike<number
   return geometry;
 }
 
-/** Places with their colours; finish() shows what was added since clear(). */
+/** Points with their colours; finish() shows those added since clear(). */
 abstract class Collected {
   protected positions: number[] = [];
   protected colours: number[] = [];
@@ -45,10 +45,10 @@ export class Segments extends Collected {
   readonly group = new Group();
   private readonly wide: LineMaterial;
   private readonly thin: LineBasicMaterial;
-  /** Behind things. Thin, since drawing it wide costs as much as all that is in front. */
+  /** The part behind objects. Thin, since wide lines would cost as much as all those in front. */
   private readonly behind: LineBasicMaterial | null;
 
-  /** @param through opacity of what stands behind something; 0: hidden; 1: drawn over everything */
+  /** @param through opacity behind objects; 0: hidden; 1: drawn over everything */
   constructor(private readonly width: number, opacity: number, through: number, dashed = false) {
     super();
     const common = { opacity, vertexColors: true, transparent: true, depthWrite: false, depthTest: through < 1 };
@@ -71,7 +71,7 @@ export class Segments extends Collected {
     }
     if (this.positions.length === 0) return;
     const geometry = coloured(this.positions, this.colours);
-    // Lines of a pixel are the graphics library's own: less work than strips of triangles.
+    // One-pixel lines use the graphics library's lines: less work than strips of triangles.
     const thin = this.width <= kThin || this.positions.length > 6 * kMostWide;
     const lines = [thin ? new LineSegments(geometry, this.thin) : this.wideLines()];
     if (this.behind) lines.push(new LineSegments(geometry, this.behind));

@@ -1,13 +1,13 @@
-// Follows receivers that run now, or a run that is being computed: it shows the newest epoch until the user chooses an
+// Follows running receivers, or a run in computation: shows the newest epoch until the user selects an
 // earlier one.
 
 import type { Connection, EpochMessage, HelloMessage, ProgressMessage } from './messages';
 import type { State } from './state';
 import type { Store } from './store';
 
-/** Epochs that are kept of each receiver, with their paths: two minutes at 10 Hz. */
+/** Stored epochs of each receiver, with their paths: two minutes at 10 Hz. */
 export const kKept = 1200;
-/** Without an epoch for so long a host is silent [ms]. */
+/** Time without an epoch after which a host is silent [ms]. */
 const kSilentMs = 3000;
 
 export class Live {
@@ -15,14 +15,14 @@ export class Live {
   private lastMs = -Infinity;
   private fresh = false;
   private drawnMs = 0;
-  /** Whether a host has sent where its antenna is. */
+  /** Whether a host has sent its antenna's position. */
   private placed = true;
   private progress: ProgressMessage | null = null;
   private readonly clock: number;
-  /** Names of the receivers, without antennas that are put somewhere. */
+  /** Names of the receivers, without antennas put by the user. */
   private readonly names: string;
 
-  /** @param goTo shows a time; @param redraw draws what knows all epochs */
+  /** @param goTo shows a time; @param redraw redraws parts that show all epochs */
   constructor(private readonly store: Store, private readonly state: State, private readonly connection: Connection,
               private readonly button: HTMLElement,
               private readonly hooks: { goTo: (seconds: number) => void; redraw: () => void }) {
@@ -33,13 +33,13 @@ export class Live {
     this.say();
   }
 
-  /** The run is followed no more. */
+  /** The run is no longer followed. */
   end(): void {
     clearInterval(this.clock);
     this.button.hidden = true;
   }
 
-  /** The run has ended without being whole. */
+  /** The run has ended incomplete. */
   fail(why: () => void): void {
     clearInterval(this.clock);
     this.button.textContent = 'The run failed';
@@ -61,7 +61,7 @@ export class Live {
     this.say();
   }
 
-  /** Another run than the page was loaded for is another page. */
+  /** A different run than the loaded one needs a new page. */
   hello(message: HelloMessage): void {
     const header = this.store.header;
     const same = message.receivers.map((r) => r.name).join('\n') === this.names;
@@ -72,16 +72,16 @@ export class Live {
     const receiver = this.store.header.receivers.findIndex((r) => r.name === message.receiver);
     if (receiver < 0) return;
     this.placed = message.place.east_m !== null || this.store.tracks[receiver] !== undefined;
-    if (!this.placed) return;  // there is nowhere to draw it
+    if (!this.placed) return;  // there is no position to draw it
     this.store.append(receiver, message, kKept);
-    // Faults of the newest epoch alone: a live run does not know when they will end.
+    // Only faults of the newest epoch: their end is unknown in a live run.
     const entry = this.store.header.receivers[receiver];
     if (entry) entry.faults = message.faults.map((name) => ({ name, from_s: message.time_s, until_s: message.time_s }));
     this.lastMs = performance.now();
     this.fresh = true;
   }
 
-  /** Once a picture: however many epochs have come, the newest is shown. */
+  /** Once per picture: shows the newest of all received epochs. */
   frame(now: number): void {
     if (!this.fresh) return;
     this.fresh = false;

@@ -20,7 +20,7 @@ import { Timeline } from './timeline';
 
 const kSpeeds = [0.25, 0.5, 1, 2, 5, 10, 20, 60];
 
-/** Seconds of a heat map's time since the view's begin. */
+/** Seconds of a heat map's time since the view's beginning. */
 function secondsOf(header: Header, time: number): number {
   const seconds = (Date.parse(header.map?.times_utc[time] ?? '') - Date.parse(header.time?.begin_utc ?? '')) / 1000;
   return Number.isFinite(seconds) ? seconds : 0;
@@ -45,7 +45,7 @@ class App {
     document.title = `${header.title} – Canyon`;
     const [glb] = await Promise.all([store.city(), store.loadTracks()]);
     const timed = header.live === true || store.tracks.some((t) => t.size > 0);
-    // Without receivers there is nothing to see the sky with; with receivers and no time an antenna can be put.
+    // Without receivers there is no sky view; with receivers and no time an antenna can be put.
     const skied = header.receivers.length > 0;
     document.body.classList.toggle('no-time', !timed);
     if (!timed) state.camera = 'free';
@@ -120,7 +120,7 @@ class App {
     this.state.changed('map');
   }
 
-  /** The line to the `canyon view` that served the page; an exported one has none. */
+  /** The line to the `canyon view` that served the page; an exported page has none. */
   private connect(): void {
     const Line = this.served ? Connection : FrameConnection.here ? FrameConnection : null;
     const connection = Line && new Line((m) => this.take(m), () => this.lineChanged(connection));
@@ -155,7 +155,7 @@ class App {
     else if (!this.probe.take(message) && message.type === 'epoch') this.live?.take(message);
   }
 
-  /** A run that was shown while it was computed has ended: all of it is loaded, and the page stays as it is. */
+  /** A run that was shown during its computation has ended: loads all of it, and keeps the page's state. */
   private async finished(): Promise<void> {
     const { live, state, store } = this;
     if (!live) return;
@@ -167,7 +167,7 @@ class App {
     await this.loadAll();
   }
 
-  /** The run that was being computed. */
+  /** The run in computation. */
   private failed(why: string): void {
     this.live?.fail(() => this.toast(why, Infinity));
     this.live = null;
@@ -179,13 +179,13 @@ class App {
   private lineChanged(connection: Connection | null): void {
     if (connection && !connection.open) {
       this.probe?.lost();
-      if (!this.live && !this.over && this.lineWasOpen) this.toast('“canyon view” has ended: what is not loaded yet stays away, and antennas cannot be put.');
+      if (!this.live && !this.over && this.lineWasOpen) this.toast('“canyon view” has ended: data that is not loaded is not available, and antennas cannot be put.');
     }
     this.lineWasOpen = connection?.open ?? false;
     this.live?.say();
   }
 
-  /** Goes to a time [s], and has its satellites loaded; of a live run it is then followed no more. */
+  /** Goes to a time [s] and loads its satellites; stops following a live run. */
   goTo(seconds: number): void {
     this.live?.follow(seconds >= this.store.span[1]);
     by('toast').classList.remove('shown');
@@ -209,7 +209,7 @@ class App {
     state.changed('time');
   }
 
-  /** The track that time goes by: of an antenna that was put somewhere the run's. */
+  /** The track that defines time: for an antenna put by the user, the run's. */
   private get clock(): Track | undefined {
     return this.store.tracks[this.probe.active ? this.probe.base : this.state.receiver];
   }
@@ -239,7 +239,7 @@ class App {
       const track = this.clock;
       this.lastFrame = now;
       const time = state.time + step * state.speed;
-      // Panels are drawn once an epoch, not once a picture.
+      // Panels are drawn once per epoch, not once per picture.
       if (track && track.epochAt(time) !== track.epochAt(state.time)) this.goTo(time);
       else state.time = time;
       if (track && time >= (track.time[track.size - 1] ?? 0)) this.play(false);
@@ -270,13 +270,13 @@ class App {
     this.goTo(track.time[best] ?? 0);
   }
 
-  /** Where recorded and simulated differ most; again: the street where they differ next most. */
+  /** Goes to the largest difference of recorded and simulated; again: to the street with the next largest. */
   nextDifference(): void {
     const { state, store } = this;
     const most = store.differences();
     const epoch = most[(most.indexOf(state.epoch) + 1) % Math.max(1, most.length)];
     const track = store.tracks[store.header.comparison?.recorded ?? 0];
-    if (epoch === undefined || !track) return this.toast('Nothing here was measured and simulated.');
+    if (epoch === undefined || !track) return this.toast('No signal here was both measured and simulated.');
     this.goTo(track.time[epoch] ?? 0);
     this.toast(`Pseudoranges differ by ${(store.comparison?.at('difference_rms_m', epoch) ?? NaN).toFixed(1)} m (rms of ${
       store.comparison?.at('both', epoch) ?? 0} satellites): ${most.indexOf(epoch) + 1} of ${most.length} streets`);
@@ -427,11 +427,11 @@ class App {
       layers.open = false;
     };
     addEventListener('pointerdown', (e) => !layers.contains(e.target as Node) && closeLayers());
-    // A button that was clicked with a mouse keeps no keys to itself; one that was reached by Tab does.
+    // A button clicked with a mouse does not capture keys; one reached by Tab does.
     addEventListener('click', (e) => e.detail > 0 && (e.target as HTMLElement).closest('button')?.blur());
     addEventListener('keydown', (e) => {
       const at = e.target as HTMLElement;
-      // A box that numbers are written in keeps all keys but those that leave it.
+      // A number box captures all keys except those that leave it.
       if (at.tagName === 'INPUT' && ['Escape', 'Enter'].includes(e.key)) at.blur();
       if (e.key === 'Escape') closeLayers();
       if (e.ctrlKey || e.altKey || e.metaKey || at.tagName === 'SELECT' || (at.tagName === 'INPUT' && e.key !== 'Escape' && ['number', 'text'].includes((at as HTMLInputElement).type)) || by<HTMLDialogElement>('help').open) return;
@@ -479,7 +479,7 @@ class App {
     add(receivers.length > 1 ? 'no fix' : 'error; track without fix', line(kErrorColour));
   }
 
-  /** For `canyon view --record`: a picture at a share of the film. A run passes by; a city alone is flown about once. */
+  /** For `canyon view --record`: a picture at a fraction of the film. A run is played; a city alone is circled once. */
   async film(at: { share: number; from?: number; until?: number; camera?: CameraMode }): Promise<void> {
     const { state, store } = this;
     if (at.camera && at.camera !== state.camera) this.setCamera(at.camera);
@@ -491,7 +491,7 @@ class App {
       const time = from + at.share * (until - from);
       await store.load(state.receiver, track.epochAt(time));
       this.goTo(time);
-      // As slowly as somebody walks about it, so that depth is seen.
+      // Slow, at walking pace, so that depth is visible.
       this.filmed ??= this.view.control.azimuth;
       if (state.camera === 'follow') this.view.control.azimuth = this.filmed + 40 * at.share;
     } else {
@@ -499,7 +499,7 @@ class App {
       this.view.control.azimuth = this.filmed + 360 * at.share;
     }
     this.view.sharpen();
-    // The second frame comes behind the first one's picture.
+    // The second frame is after the first one's picture.
     await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
   }
   private filmed: number | null = null;

@@ -1,4 +1,4 @@
-// The panel of a heat map: what of it is shown, and the bar of its colours.
+// The panel of a heat map: selection of its content, and its colour bar.
 
 import { figure } from './colours';
 import type { MapHeader } from './format';
@@ -58,7 +58,7 @@ export class MapPanel {
     this.read(null);
   }
 
-  /** Shown or hidden, the panel folded with it. */
+  /** Shown or hidden, together with the panel's content. */
   toggle(on = !this.heat.mesh.visible): void {
     this.heat.mesh.visible = on;
     this.host.classList.toggle('off', !on);
@@ -71,7 +71,7 @@ export class MapPanel {
     const value = (box: HTMLInputElement): number => (box.value === '' ? NaN : Number(box.value) / factor);
     const [low, high] = [value(this.low), value(this.high)];
     const ordered = high > low;
-    this.high.setCustomValidity(ordered ? '' : 'A range runs from a smaller number to a larger one.');
+    this.high.setCustomValidity(ordered ? '' : 'Give a range from a smaller number to a larger one.');
     if (ordered) this.heat.rescale({ low, high });
     else this.high.reportValidity();
   }
@@ -100,7 +100,7 @@ export class MapPanel {
     colours.forEach(([r, g, b], i) => {
       c.fillStyle = `rgb(${r} ${g} ${b})`;
       const from = Math.floor((i * width) / colours.length);
-      c.fillRect(from, 0, width - from, 13);  // the next one covers what is not its own
+      c.fillRect(from, 0, width - from, 13);  // the next one covers its own part
     });
     c.fillStyle = kPaint[this.state.theme].ink;
     c.font = '10px system-ui, "DejaVu Sans", sans-serif';
@@ -112,7 +112,7 @@ export class MapPanel {
     }
   }
 
-  /** The probe's text of a cell, or how to use it. */
+  /** The probe's text for a cell, or its usage. */
   read(cell: { column: number; row: number } | null): void {
     this.probe.textContent = cell ? this.heat.text(cell.column, cell.row) : 'point at a cell to read it; click for all layers';
     this.probe.classList.toggle('hint', !cell);

@@ -1,4 +1,4 @@
-// Messages between this page and the `canyon view` that serves it (docs/view-format.md, Messages).
+// Messages between this page and its server `canyon view` (docs/view-format.md, Messages).
 
 import { decodeChunk, unpacked, type Header, type Rows } from './format';
 
@@ -12,7 +12,7 @@ export interface EpochMessage {
   place: { east_m: number | null; north_m: number | null; up_m: number | null };
   faults: string[];
   satellites: string[];
-  /** Words of columns of open texts, in place of the header's. */
+  /** Words of columns with open texts, instead of the header's. */
   words?: Record<string, string[]>;
   skyline?: number[];
   chunk: string;
@@ -24,7 +24,7 @@ export interface ErrorMessage {
   message: string;
 }
 
-/** A live run, as the server knows it: another one is another page. */
+/** A live run at the server: another run needs another page. */
 export interface HelloMessage {
   type: 'hello';
   begin_utc: string;
@@ -35,14 +35,14 @@ export interface HelloMessage {
   receivers: { name: string; strength: boolean; elevation_mask_deg: number }[];
 }
 
-/** Progress of a run that is being computed. */
+/** Progress of a run in computation. */
 export interface ProgressMessage {
   type: 'progress';
   done: number;
   planned: number;
 }
 
-/** `finished`: the run has ended, and what is served is all of it. `arm`: the next click is to be told, `end`: no longer; `look`: what is in view. */
+/** `finished`: the run has ended, and is served completely. `arm`: report the next click, `end`: stop reporting; `look`: the visible area. */
 export type Message = { version: number } & (EpochMessage | ErrorMessage | HelloMessage | ProgressMessage | { type: 'finished' } | { type: 'arm' } | { type: 'end' } | { type: 'look' });
 
 export interface ProbeMessage {
@@ -54,10 +54,10 @@ export interface ProbeMessage {
   place: { east_m: number; north_m: number; up_m: number };
 }
 
-/** Systems of satellites that the header does not name, by RINEX's letter. */
+/** Systems of satellites that are not in the header, by RINEX's letter. */
 const kSystems: Record<string, string> = { G: 'GPS', R: 'GLONASS', E: 'Galileo', C: 'BeiDou', J: 'QZSS', I: 'NavIC', S: 'SBAS' };
 
-/** The tables of an epoch; its satellites and words become places in the header's lists, which take in new ones. */
+/** The tables of an epoch; its satellites and words become indices in the header's lists, which are extended. */
 export function tablesOf(message: EpochMessage, header: Header): Map<string, Rows> {
   const tables = decodeChunk(unpacked(message.chunk).buffer, header);
   const which = tables.get('satellites')?.column('satellite');
@@ -81,13 +81,13 @@ export function tablesOf(message: EpochMessage, header: Header): Map<string, Row
 
 const kRetryMs = 1000;
 
-/** The line to the server: broken, it is tried again every second. */
+/** The line to the server: reconnects every second when broken. */
 export class Connection {
   private socket: WebSocket | null = null;
   private ended = false;
   open = false;
 
-  /** @param onState after `open` has changed, and after every try that failed */
+  /** @param onState after `open` has changed, and after every failed try */
   constructor(protected readonly onMessage: (message: Message) => void, private readonly onState: () => void) {
     addEventListener('pagehide', () => {
       this.ended = true;
@@ -123,7 +123,7 @@ export class Connection {
   }
 }
 
-/** The line to the page that has this one in a frame and computes: web.ts. */
+/** The line to the parent page that computes: web.ts. */
 export class FrameConnection extends Connection {
   static readonly here = location.hash === '#framed' && parent !== window;
 

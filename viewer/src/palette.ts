@@ -2,20 +2,20 @@
 
 /** By the index of words.visibility: LOS, LOS with multipath, NLOS, blocked. */
 export const kVisibilityColours = ['#009E73', '#0072B2', '#E69F00', '#7A7A7A'] as const;
-/** On dark paper blue and green are lighter, so that thin lines keep a contrast of 3 to 1. */
+/** On a dark background blue and green are lighter, so that thin lines keep a contrast of 3 to 1. */
 const kVisibilityOnDark = ['#1FC298', '#4FB0EC', '#F0B32E', '#9AA0A6'] as const;
 
 export const kFixColour = '#CC79A7';
 export const kErrorColour = '#D55E00';
 
-/** By the word of fix_kind, of a receiver with corrections. */
+/** By the word of fix_kind, for a receiver with corrections. */
 const kKindColours: Readonly<Record<string, string>> = {
   fixed: '#009E73', float: '#E69F00', differential: '#0072B2', single: '#7A7A7A', 'dead reckoning': '#7A7A7A',
   combined: '#8A6A00',
 };
 export const kindColour = (kind: string): string => kKindColours[kind] ?? kErrorColour;
 
-/** Colours of several receivers; shapes differ as well. The first is that of a single one's fixes. */
+/** Colours of several receivers; shapes differ too. The first is used for a single receiver's fixes. */
 const kReceiverColours = [kFixColour, '#56B4E9', '#8A6A00', '#7B4BB3'] as const;
 const kReceiverOnDark = [kFixColour, '#56B4E9', '#F0E442', '#B79BE8'] as const;
 export const kShapes = ['disc', 'square', 'diamond', 'triangle'] as const;
@@ -53,7 +53,7 @@ export interface Paint {
   accent: string;
   vehicle: string;
   structure: string;
-  /** The true track, and the arrow of the vehicle that carries the antenna. */
+  /** The true track, and the arrow of the vehicle with the antenna. */
   truth: string;
 }
 

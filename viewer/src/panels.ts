@@ -1,11 +1,11 @@
-// Panels of text: figures of the instant, table of satellites, what is selected, summary of the run.
+// Panels of text: metrics of the instant, table of satellites, selection, summary of the run.
 
 import { kVisibilityShapes, visibilityColour } from './palette';
 import type { State } from './state';
 import type { Store } from './store';
 import { clock, fill, fixed, html, kMissing, type Html } from './text';
 
-/** Words of the files, as a narrow table takes them; the whole word stands in its tooltip. */
+/** Words of the files, shortened for a narrow table; the full word is in the tooltip. */
 const kShort: Record<string, string> = { 'LOS+multipath': 'LOS+mp', tracking: 'track', searching: 'search', holding: 'hold' };
 const shortened = (word: string | undefined): Html =>
   html`<span title="${word ?? ''}">${kShort[word ?? ''] ?? word ?? ''}</span>`;
@@ -34,7 +34,7 @@ export class Readout {
     const { name } = store.header.receivers[state.receiver] ?? {};
     fill(this.host, html`
       ${store.tracks.length > 1 ? html`<p class="name">${name ?? ''}</p>` : ''}
-      <p><b class="${track.fixed(i) ? 'good' : 'bad'}" data-name="status">${track.fixed(i) ? `fix${kind && kind !== 'single' ? `: ${kind}` : ''}` : `no fix: ${place === 'unknown' ? 'nobody knows where the antenna is' : status}`}</b>
+      <p><b class="${track.fixed(i) ? 'good' : 'bad'}" data-name="status">${track.fixed(i) ? `fix${kind && kind !== 'single' ? `: ${kind}` : ''}` : `no fix: ${place === 'unknown' ? 'the antenna’s position is unknown' : status}`}</b>
         <span data-name="clock">${clock(store.header.time.begin_utc, track.time[i] ?? 0)}</span> UTC
         ${place !== 'free' && track.fixed(i) ? html`<b class="bad">${place}</b>` : ''}
         ${faults ? html`<b class="bad" data-name="faults">${faults}</b>` : ''}</p>
@@ -52,7 +52,7 @@ export class Readout {
   }
 }
 
-/** Every column that the view has of the instant, whatever the engine wrote. */
+/** All columns of the view at the instant. */
 export class EpochTable {
   constructor(private readonly host: HTMLElement, private readonly store: Store, private readonly state: State) {
     state.listen((change) => (change === 'time' || change === 'receiver') && this.update());
@@ -79,8 +79,8 @@ export class SatelliteTable {
   constructor(host: HTMLElement, private readonly store: Store, private readonly state: State) {
     fill(host, html`<table class="satellites"><thead><tr>
       <th>sat</th><th title="elevation [deg]">el °</th><th title="azimuth from north, clockwise [deg]">az °</th>
-      <th class="word">signal</th><th title="C/N0 that the receiver states [dB-Hz]">C/N0</th><th class="word">lock</th>
-      <th title="used in the fix; x: excluded by it">fix</th><th title="code delay by paths [m]">excess m</th>
+      <th class="word">signal</th><th title="C/N0 reported by the receiver [dB-Hz]">C/N0</th><th class="word">lock</th>
+      <th title="used in the fix; x: excluded by it">fix</th><th title="code delay by the signal paths [m]">excess m</th>
       <th title="error of the pseudorange [m]">error m</th><th title="residual of the fix [m]">res. m</th>
       </tr></thead><tbody></tbody></table>`);
     this.body = host.querySelector('tbody') as HTMLTableSectionElement;
@@ -112,7 +112,7 @@ export class SatelliteTable {
 
 /** The selected satellite's paths, or the selected building. */
 export class Details {
-  /** @param cell what a heat map's cell says */
+  /** @param cell text of a heat map's cell */
   constructor(private readonly host: HTMLElement, private readonly store: Store, private readonly state: State,
               private readonly cell: (column: number, row: number) => Html = () => html``) {
     state.listen((change) => change !== 'playing' && change !== 'camera' && this.update());
@@ -131,9 +131,9 @@ export class Details {
     const o = this.store.header.city.objects[index];
     if (!o) return html``;
     const sources: Record<string, string> = {
-      height: 'tagged in the map', levels: 'storeys in the map', default: 'a default: the map does not say',
+      height: 'tagged in the map', levels: 'storeys in the map', default: 'a default: not in the map',
     };
-    const source = o.height_source ? (sources[o.height_source] ?? o.height_source) : 'not known: the city came as a mesh, or was made up';
+    const source = o.height_source ? (sources[o.height_source] ?? o.height_source) : 'unknown: the city is a mesh, or synthetic';
     return html`<h3>${o.id}</h3><dl class="pairs">
       <dt>kind</dt><dd>${o.surface}</dd>
       <dt>height</dt><dd data-name="height">${fixed(o.high_m - o.low_m, 1)} m</dd>
@@ -151,7 +151,7 @@ export class Details {
     const words = store.header.words;
     const paths = row.paths.map((p) => html`<tr><td class="word">${words.path[p.kind] ?? ''}${p.order > 1 ? `, ${p.order} times` : ''}</td>
       <td>${fixed(p.excess_m, 2)}</td><td>${fixed(p.loss_db, 1)}</td></tr>`);
-    const most = row.paths.length >= store.header.paths_per_satellite && !store.header.comparison ? `the first and the strongest; no more than ${store.header.paths_per_satellite} are kept` : '';
+    const most = row.paths.length >= store.header.paths_per_satellite && !store.header.comparison ? `the first and the strongest; at most ${store.header.paths_per_satellite} are stored` : '';
     return html`<h3>${id.id} <small>${id.system}, ${words.visibility[row.visibility] ?? ''}, ${words.lock[row.lock] ?? ''}</small></h3>
       <dl class="pairs">
       <dt>azimuth, elevation</dt><dd>${fixed(row.azimuth_deg, 1)}°, ${fixed(row.elevation_deg, 1)}°</dd>
@@ -165,7 +165,7 @@ export class Details {
 
 export function summaryHtml(store: Store, receiver: number): Html {
   const run = store.header.receivers[receiver]?.summary;
-  const s = store.header.live || !run?.epochs ? null : run;  // a run that is not over, or never ran, has no figures
+  const s = store.header.live || !run?.epochs ? null : run;  // an unfinished run has no metrics
   const city = store.header.city;
   const origin = store.header.frame.origin;
   const buildings = city.objects.filter((o) => o.surface === 'building').length;

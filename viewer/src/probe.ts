@@ -1,4 +1,4 @@
-// An antenna that is put anywhere: the running `canyon view` traces it, and the panels show it as a receiver of its own.
+// An antenna at any point: the running `canyon view` computes it, and the panels show it as a separate receiver.
 
 import type { Connection, EpochMessage, ErrorMessage } from './messages';
 import type { Place } from './tracks';
@@ -7,19 +7,19 @@ import type { Store, Track } from './store';
 import { by } from './text';
 
 export class Probe {
-  /** Place of its receiver in the store, behind those of the run. */
+  /** Index of its receiver in the store, after those of the run. */
   readonly receiver: number;
-  /** Milliseconds from the last question to its answer. */
+  /** Milliseconds from the last request to its response. */
   answerMs = NaN;
   private surface: Place | null = null;
-  /** The run's receiver that it was put beside. */
+  /** The run's receiver for which it was put. */
   base = 0;
-  private when = NaN;  // asked for: its epoch; where it has none, the time [s]
+  private when = NaN;  // requested epoch, or time [s] without epochs
   private asked = 0;
   private answered = 0;
   private askedAt = 0;
   private again = false;
-  private shown = false;  // an answer of this antenna
+  private shown = false;  // a response for this antenna
 
   constructor(private readonly store: Store, private readonly state: State, private readonly connection: Connection | null,
               private readonly hooks: { toast: (text: string) => void; arm: (on: boolean) => void }) {
@@ -41,7 +41,7 @@ export class Probe {
     this.hooks.arm(true);
   }
 
-  /** @param height above it [m]; otherwise what the box says */
+  /** @param height above it [m]; otherwise the value in the box */
   put(surface: Place, height?: number): void {
     if (!this.connection) return this.arm();
     if (height !== undefined) by<HTMLInputElement>('probe-height').value = String(height);
@@ -65,7 +65,7 @@ export class Probe {
     this.state.changed('receiver');
   }
 
-  /** Goes with the run's time: asked anew where the receiver has another epoch. */
+  /** Follows the run's time: a new request for each epoch of the receiver. */
   goTo(seconds: number): void {
     const [from, to] = this.track ? this.store.span : [seconds, seconds];
     this.state.time = Math.min(to, Math.max(from, seconds));
@@ -73,11 +73,11 @@ export class Probe {
     this.state.changed('time');
   }
 
-  /** Track of the run's receiver; a heat map in a scenario's city has none. */
+  /** Track of the run's receiver; null for a heat map in a scenario's city. */
   private get track(): Track | undefined {
     return this.store.tracks[this.base];
   }
-  /** The receiver that it is one of: of a validation the simulated one. */
+  /** The receiver it is like: in a validation the simulated one. */
   private get like(): number {
     return this.store.header.comparison?.simulated ?? this.base;
   }
@@ -87,14 +87,14 @@ export class Probe {
 
   private ask(): void {
     if (!this.surface || !this.connection) return;
-    if (this.asked !== this.answered) {  // one question at a time, the newest next
+    if (this.asked !== this.answered) {  // one request at a time, the newest next
       this.again = true;
       return;
     }
     this.when = this.now;
     const [east_m, north_m, up_m] = this.surface;
     const box = by<HTMLInputElement>('probe-height');
-    if (box.value === '' || !box.validity.valid) return this.hooks.toast('The antenna’s height is a number of metres, from 0 to 1000.');
+    if (box.value === '' || !box.validity.valid) return this.hooks.toast('Give the antenna’s height in metres, from 0 to 1000.');
     const height = Number(box.value);
     this.askedAt = performance.now();
     const sent = this.connection.send({ type: 'probe', version: 1, id: this.asked + 1, receiver: this.like,
@@ -103,7 +103,7 @@ export class Probe {
     else this.hooks.toast('There is no connection to canyon: is “canyon view” still running?');
   }
 
-  /** True where the message is an answer of this page's. */
+  /** True if the message is a response to this page. */
   take(message: EpochMessage | ErrorMessage): boolean {
     if (message.id === undefined) return false;
     this.answered = this.asked;
@@ -120,7 +120,7 @@ export class Probe {
     return true;
   }
 
-  /** The connection broke: the question will not be answered. */
+  /** The connection broke: there will be no response. */
   lost(): void {
     this.answered = this.asked;
   }

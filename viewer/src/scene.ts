@@ -36,12 +36,12 @@ export function ellipse95(ee: number, nn: number, en: number): { major: number; 
   };
 }
 
-/** Without a graphics processor, pictures that follow one another at once have so many pixels a side for each of the screen's ... */
+/** Without a graphics processor, successive pictures have this fraction of the screen's pixels per side ... */
 const kCoarse = 0.5;
-/** ... and after so many frames without a change comes a sharp one. */
+/** ... and a sharp picture follows after this number of frames without a change. */
 const kRest = 8;
 
-/** An antenna that is put on a wall stands so far before it [m]. */
+/** Distance of an antenna put on a wall from the wall [m]. */
 const kBeforeWall = 0.5;
 
 interface Label {
@@ -52,7 +52,7 @@ interface Label {
 export class SceneView {
   readonly control: CameraControl;
   readonly city: CityMesh;
-  /** Milliseconds that the last pictures took, newest last. */
+  /** Milliseconds for the last pictures, newest last. */
   readonly frameTimes: number[] = [];
   private readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
@@ -76,7 +76,7 @@ export class SceneView {
   private wanted = true;
   private readonly software: boolean;
   private coarse = false;
-  /** Frames since the last one that something changed in. */
+  /** Frames since the last change. */
   private rested = kRest;
 
   constructor(
@@ -86,8 +86,8 @@ export class SceneView {
     private readonly store: Store,
     private readonly state: State,
   ) {
-    // Without a graphics processor smooth edges cost more than all the rest, and a context that is made to look at takes half a
-    // second: the first one is kept there.
+    // Without a graphics processor smooth edges cost more than all the rest, and making a test context takes half a
+    // second: the first one is reused.
     let context = newContext(false);
     this.software = drawsInSoftware(context);
     if (!this.software) {
@@ -104,9 +104,9 @@ export class SceneView {
     const [highX, highY] = this.city.high;
     const known = Number.isFinite(lowX);
     const span = known ? Math.max(highX - lowX, highY - lowY) : 500;
-    // Below everything: an open field, or the land around a city.
+    // Below everything: an open field, or land around a city.
     this.ground = new Mesh(new PlaneGeometry(40 * span, 40 * span), new MeshBasicMaterial());
-    // Behind all that hides it.
+    // Behind all occluding objects.
     this.ground.renderOrder = 1;
     this.ground.position.set(known ? (lowX + highX) / 2 : 0, known ? (lowY + highY) / 2 : 0, (known ? lowZ : 0) - 0.6);
     this.scene.add(this.ground);
@@ -144,7 +144,7 @@ export class SceneView {
     const { calls, triangles } = this.renderer.info.render;
     return { calls, triangles };
   }
-  /** For tests: fixes that are drawn, by their shapes. */
+  /** For tests: drawn fixes, by their shapes. */
   get fixMarksShown(): Record<string, number> {
     return Object.fromEntries(Object.entries(this.fixMarks).map(([shape, marks]) => [shape, marks.points.geometry.getAttribute('position').count]));
   }
@@ -153,7 +153,7 @@ export class SceneView {
     return [this.points, ...this.satellites, this.antenna, ...Object.values(this.fixMarks)];
   }
 
-  /** Radius of the dome [m]: above the buildings near the antenna, and no landscape of its own. */
+  /** Radius of the dome [m]: above the buildings near the antenna, but not dominating. */
   get radius(): number {
     const height = Number.isFinite(this.city.high[2]) ? this.city.high[2] - this.city.low[2] : 0;
     return Math.min(600, Math.max(180, 1.3 * height));
@@ -163,7 +163,7 @@ export class SceneView {
     this.wanted = true;
   }
 
-  /** West, south, east, north [m] of what the camera looks at, within the city. */
+  /** West, south, east, north [m] of the camera's view, within the city. */
   groundBox(): [number, number, number, number] {
     const { target: { x, y }, distance } = this.control;
     const half = Math.min(distance / 2, 1000);
@@ -173,7 +173,7 @@ export class SceneView {
     return [Math.max(west, low[0]), Math.max(south, low[1]), Math.min(east, high[0]), Math.min(north, high[1])];
   }
 
-  /** Draws a picture where something changed; true where it did. */
+  /** Draws a picture if something changed; true if it did. */
   frame(): boolean {
     if (!this.wanted && ++this.rested === kRest && this.coarse) this.sharpen();
     if (!this.wanted) return false;
@@ -187,7 +187,7 @@ export class SceneView {
     const { clientWidth, clientHeight } = this.host;
     this.control.apply(clientWidth / Math.max(1, clientHeight));
     this.renderer.render(this.scene, this.control.camera);
-    // Where drawing is done in software the call returns early: a pixel that is read waits for it.
+    // With software drawing the call returns early: reading a pixel waits for its end.
     if (this.measuring) {
       const gl = this.renderer.getContext();
       gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
@@ -199,7 +199,7 @@ export class SceneView {
   }
   measuring = false;
 
-  /** The next picture has all pixels. */
+  /** The next picture has full resolution. */
   sharpen(): void {
     this.coarse = false;
     this.rested = kRest;
@@ -229,16 +229,16 @@ export class SceneView {
   onBody: ((what: string) => void) | null = null;
 
   private pick(x: number, y: number, shift: boolean): void {
-    // By the camera as it is now: its last picture may be older.
+    // With the present camera: its last picture may be older.
     this.control.apply(this.host.clientWidth / Math.max(1, this.host.clientHeight));
     const ray = new Raycaster();
     ray.setFromCamera(new Vector2(x, y), this.control.camera);
     if (this.onPut && (shift || this.putting)) {
-      // The ground that is drawn below everything lies 0.6 m below the city's.
+      // The ground drawn below everything is 0.6 m below the city's.
       const below = ray.intersectObject(this.ground, false)[0]?.point.clone().setZ(this.ground.position.z + 0.6);
       const hit = this.city.hit(ray);
       const point = hit?.point ?? below;
-      // Before a wall, not in it.
+      // In front of a wall, not in it.
       const normal = hit?.face?.normal;
       if (point && normal && Math.abs(normal.z) < 0.5) {
         point.addScaledVector(normal, normal.dot(ray.ray.direction) < 0 ? kBeforeWall : -kBeforeWall);
@@ -255,7 +255,7 @@ export class SceneView {
   }
 
   private heat: HeatMap | null = null;
-  /** Lays a heat map over the city. @param read gets the cell under the pointer, null: none */
+  /** Overlays a heat map on the city. @param read gets the cell under the pointer, null: none */
   showMap(heat: HeatMap, read: (cell: { column: number; row: number } | null) => void): void {
     this.heat = heat;
     this.scene.add(heat.mesh);
@@ -267,7 +267,7 @@ export class SceneView {
       const x = ((e.clientX - box.left) / box.width) * 2 - 1;
       ray.setFromCamera(new Vector2(x, 1 - ((e.clientY - box.top) / box.height) * 2), this.control.camera);
       const cell = heat.hit(ray.ray);
-      // Behind a building there is nothing to point at.
+      // Points behind a building cannot be selected.
       const hidden = cell && (this.city.pick(ray)?.distance ?? Infinity) < cell.distance;
       read(hidden ? null : cell);
     });
@@ -293,7 +293,7 @@ export class SceneView {
     this.request();
   }
 
-  /** Draws everything that belongs to an instant. */
+  /** Draws everything for an instant. */
   update(): void {
     const { state, store } = this;
     const track = store.tracks[state.receiver];
@@ -330,7 +330,7 @@ export class SceneView {
     const words = store.header.words.body ?? [];
     for (const body of store.bodies(state.receiver, state.epoch)) this.bodies.add(body, words[body.kind] ?? '', state.theme);
     const angle = (name: string): number => track.epochs.at(name, state.epoch);
-    // From the antenna nothing is seen of it.
+    // Not visible from the antenna.
     if (state.camera !== 'first') this.bodies.arrow(at, angle('yaw_deg'), angle('roll_deg'), angle('pitch_deg'), kPaint[state.theme].truth);
   }
 
@@ -362,7 +362,7 @@ export class SceneView {
     this.drawTrails(at, rows);
   }
 
-  /** Where satellites stood before, as far as blocks are loaded: one point of each block. */
+  /** Earlier directions of satellites, in loaded blocks: one point of each block. */
   private drawTrails(at: Place, rows: SatelliteRow[]): void {
     const last = new Map(rows.map((r) => [r.satellite, [r.azimuth_deg, r.elevation_deg] as [number, number]]));
     const blocks = this.store.loadedBlocks(this.state.receiver).filter((b) => b.entry.first_epoch <= this.state.epoch);
@@ -381,7 +381,7 @@ export class SceneView {
 
   private drawPaths(at: Place, row: SatelliteRow): void {
     const chosen = row.satellite === this.state.satellite;
-    if (this.state.satellite !== null && !chosen) return;  // one satellite's ways are followed alone
+    if (this.state.satellite !== null && !chosen) return;  // only the selected satellite's paths are shown
     const colour = visibilityColour(row.visibility, this.state.theme);
     const towards = direction(row.azimuth_deg, row.elevation_deg);
     if (row.visibility === 3) {
@@ -390,7 +390,7 @@ export class SceneView {
       return;
     }
     for (const path of row.paths) {
-      // Scattered and weak ways are thin: a facade's bundle would hide the rest.
+      // Scattered and weak paths are thin: a facade's cluster would hide the rest.
       const thin = path.kind === 3 || path.loss_db > 20;
       if (row.visibility === 3 && !chosen) continue;
       const lines = chosen ? (thin ? this.strong : this.chosen) : thin ? this.weak : this.strong;
@@ -401,7 +401,7 @@ export class SceneView {
         if (this.state.layers.points && (!thin || chosen)) this.points.add(corner, colour);
         from = corner;
       }
-      // Echoes' last legs all run towards the satellite; drawn whole, those of twenty satellites would hide the city.
+      // The last legs of echoes all point to the satellite; at full length, those of twenty satellites would hide the city.
       const whole = chosen || from === at;
       lines.add(from, shifted(from, towards, whole ? reach(at, from, towards, this.radius) : 0.2 * this.radius), colour);
     }
@@ -433,7 +433,7 @@ export class SceneView {
     (this.ellipse.material as MeshBasicMaterial).color.set(colour);
     const { major, minor, angle } = ellipse95(e.at('covariance_east_m2', i), e.at('covariance_north_m2', i),
       e.at('covariance_east_north_m2', i));
-    // From within it would tint all that there is.
+    // From inside, it would tint everything.
     (this.ellipse.material as MeshBasicMaterial).opacity = 0.16 * Math.min(1, this.control.distance / (3 * major));
     const positions: number[] = [];
     const on = (turn: number): Place => [
@@ -482,7 +482,7 @@ export class SceneView {
 
 function newContext(antialias: boolean): WebGL2RenderingContext {
   const context = document.createElement('canvas').getContext('webgl2', { antialias });
-  if (!context) throw new Error('This browser has no WebGL 2, which the city is drawn with.');
+  if (!context) throw new Error('This browser has no WebGL 2, which is required to draw the city.');
   return context;
 }
 
@@ -496,7 +496,7 @@ function shifted(from: Place, direction: Place, metres: number): Place {
   return [from[0] + metres * direction[0], from[1] + metres * direction[1], from[2] + metres * direction[2]];
 }
 
-/** How far it is from a point in a direction to the sphere about `centre`; at least a tenth of its radius. */
+/** Distance from a point in a direction to the sphere around `centre`; at least a tenth of its radius. */
 function reach(centre: Place, from: Place, towards: Place, radius: number): number {
   const d = [from[0] - centre[0], from[1] - centre[1], from[2] - centre[2]] as const;
   const b = d[0] * towards[0] + d[1] * towards[1] + d[2] * towards[2];

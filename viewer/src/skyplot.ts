@@ -1,4 +1,4 @@
-// The sky over the antenna: zenith in the middle, horizon outside, north up; what buildings hide is grey.
+// The sky over the antenna: zenith in the middle, horizon outside, north up; parts hidden by buildings are grey.
 
 import { Canvas, kFont } from './canvas';
 import { outline } from './lines';
@@ -81,7 +81,7 @@ export class SkyPlot {
     c.fillStyle = colour;
     c.beginPath();
     c.arc(cx, cy, r, 0, 2 * Math.PI);
-    // Against the circle's turn, so that the open middle is cut out.
+    // In the opposite direction of the circle, so that the open middle is cut out.
     for (let k = skyline.length - 1; k >= 0; --k) {
       const e = skyline[k] ?? 0;
       const to = on((k + 1) * step, e);
@@ -122,7 +122,7 @@ export class SkyPlot {
   }
 }
 
-/** Middle of a label: above its mark, else where fewest marks and labels lie under it. */
+/** Centre of a label: above its mark, else the position with the least overlap of marks and labels. */
 function labelPlace(x: number, y: number, taken: Spot[]): { x: number; y: number } {
   const covered = (place: { x: number; y: number }): number => taken.filter((t) => {
     const label = t.satellite >= 0;
@@ -132,7 +132,7 @@ function labelPlace(x: number, y: number, taken: Spot[]): { x: number; y: number
   return places.reduce((best, place) => (covered(place) < covered(best) ? place : best));
 }
 
-/** Kinds differ in shape as well as colour. */
+/** Kinds differ in shape and colour. */
 export function mark(c: CanvasRenderingContext2D, visibility: number, x: number, y: number, r: number, fill: string,
                      edge: string): void {
   const side = 2.4 * r;

@@ -1,4 +1,4 @@
-// The user's choices; everything that draws listens to them.
+// The user's choices; all drawing code listens to them.
 
 import type { Theme } from './palette';
 
@@ -20,7 +20,7 @@ export type Layer = keyof typeof kLayers;
 
 export class State {
   receiver = 0;
-  /** Seconds since the begin of the run. */
+  /** Seconds since the beginning of the run. */
   time = 0;
   /** The receiver's epoch at that time. */
   epoch = 0;
@@ -43,7 +43,7 @@ export class State {
   changed(change: Change): void {
     for (const listener of this.listeners) listener(change);
   }
-  /** Another click on what is selected lets go of it. */
+  /** A click on the selected item clears the selection. */
   selectSatellite(satellite: number | null): void {
     this.satellite = satellite === this.satellite ? null : satellite;
     if (this.satellite !== null) this.object = this.cell = null;

@@ -1,13 +1,13 @@
-// The loaded part of a run: all epochs of every receiver, and blocks of satellites and paths as they are needed.
+// The loaded part of a run: all epochs of every receiver, and blocks of satellites and paths as needed.
 
 import { decodeChunk, Rows, type ChunkEntry, type Header, type MapChunkEntry, type Source, type Values } from './format';
 import { tablesOf, type EpochMessage } from './messages';
 import type { Place } from './tracks';
 
-/** Blocks are dropped, the one not used for longest first, beyond so many bytes (unpacked). */
+/** Above this number of bytes (uncompressed) the least recently used blocks are dropped. */
 export const kMostBlockBytes = 96e6;
 
-/** Slices of a heat map that are kept. */
+/** Number of stored slices of a heat map. */
 const kMostSlices = 8;
 
 export class Track {
@@ -45,7 +45,7 @@ export class Track {
   fixed(epoch: number): boolean {
     return this.status[epoch] === 1;
   }
-  /** First and last epochs of the stretches without a fix. */
+  /** First and last epochs of the intervals without a fix. */
   losses(): [number, number][] {
     const found: [number, number][] = [];
     for (let i = 0; i < this.size; ++i) {
@@ -67,7 +67,7 @@ export class Track {
     }
     return low;
   }
-  /** Elevations [deg] of the skyline at an epoch, from north clockwise; empty where none is known. */
+  /** Elevations [deg] of the skyline at an epoch, from north clockwise; empty if unknown. */
   skyline(epoch: number): Float64Array {
     const { skylines } = this;
     if (!(skylines instanceof Rows)) return skylines[epoch] ?? new Float64Array();
@@ -80,17 +80,17 @@ export class Track {
 }
 
 const kPathColumns = ['kind', 'order', 'excess_m', 'loss_db', 'phase_deg'] as const;
-/** Its phase is against the line of sight's, NaN where the view does not have it. */
+/** Its phase is relative to the line of sight, NaN if not in the view. */
 export type PathRow = Record<(typeof kPathColumns)[number], number> & { point: Place | null; far: Place | null };
 
 const kSatelliteColumns = ['satellite', 'azimuth_deg', 'elevation_deg', 'visibility', 'lock', 'cn0_dbhz', 'true_cn0_dbhz', 'excess_m',
   'pseudorange_error_m', 'residual_m', 'signal'] as const;
-/** `signal`: index into words.signal, the first that the receiver tracks. */
+/** `signal`: index into words.signal, the first tracked by the receiver. */
 export type SatelliteRow = Record<(typeof kSatelliteColumns)[number], number> &
   Record<'aboveMask' | 'used' | 'measured' | 'excluded', boolean> & { paths: PathRow[] };
 
 const kBodyColumns = ['kind', 'east_m', 'north_m', 'low_m', 'high_m', 'yaw_deg', 'length_m', 'width_m'] as const;
-/** A thing about the antenna that is not in the city. */
+/** An object near the antenna that is not in the city. */
 export type BodyRow = Record<(typeof kBodyColumns)[number], number>;
 
 /** The first row of each epoch of a block, and the end of the last. */
@@ -99,7 +99,7 @@ function beginsOf(rows: Rows, entry: ChunkEntry): Uint32Array {
   const begins = new Uint32Array(entry.epochs + 1).fill(rows.size);
   for (let row = rows.size - 1; row >= 0; --row) begins[(epoch[row] ?? 0) - entry.first_epoch] = row;
   for (let e = entry.epochs - 1; e >= 0; --e) {
-    // An epoch without rows begins where the next one does.
+    // An epoch without rows begins at the same row as the next one.
     begins[e] = Math.min(begins[e] ?? 0, begins[e + 1] ?? rows.size);
   }
   return begins;
@@ -108,9 +108,9 @@ function beginsOf(rows: Rows, entry: ChunkEntry): Uint32Array {
 export class Block {
   readonly satellites: Rows;
   readonly paths: Rows;
-  private readonly bodies: Rows | undefined;  // views written before there were any have none
+  private readonly bodies: Rows | undefined;  // missing in older views
   lastUse = 0;
-  private readonly base: number;  // what the rows count epochs from
+  private readonly base: number;  // first epoch of the rows' numbering
   private readonly begins: Uint32Array;
   private readonly bodyBegins: Uint32Array;
   private readonly firstPath: Uint32Array;
@@ -131,13 +131,13 @@ export class Block {
     }
   }
 
-  /** First and behind the last row of an epoch. */
+  /** First row of an epoch, and one past its last. */
   range(epoch: number): [number, number] {
     const e = epoch - this.entry.first_epoch;
     return [this.begins[e] ?? 0, this.begins[e + 1] ?? 0];
   }
 
-  /** The receiver's epoch that a row belongs to. */
+  /** The receiver's epoch of a row. */
   epochOf(row: number): number {
     return this.satellites.at('epoch', row) - this.base + this.entry.first_epoch;
   }
@@ -178,7 +178,7 @@ export class Block {
 
 const kPlace = ['east_m', 'north_m', 'up_m'];
 
-/** Epochs that came as messages: the newest of a live receiver, or the one of an antenna that was put somewhere. */
+/** Epochs received as messages: the newest of a live receiver, or the one of an antenna put by the user. */
 class History {
   readonly blocks: Block[] = [];
   private readonly columns = new Map<string, Values>();
@@ -186,7 +186,7 @@ class History {
   private begin = 0;
   private end = 0;
 
-  /** @param keep so many epochs are kept, the newest */
+  /** @param keep number of stored epochs, the newest */
   constructor(private readonly header: Header, private readonly receiver: number, private readonly keep: number) {}
 
   get size(): number {
@@ -207,7 +207,7 @@ class History {
       let all = this.columns.get(column.name);
       if (!all) this.columns.set(column.name, (all = new (from.constructor as new (n: number) => Values)(2 * this.keep)));
       all[this.end] = from[0] ?? NaN;
-      // An unknown place stays the last known one.
+      // An unknown position stays the last known one.
       if (kPlace.includes(column.name) && Number.isNaN(all[this.end]) && this.size > 0) all[this.end] = all[this.end - 1] ?? NaN;
     }
     ++this.end;
@@ -224,7 +224,7 @@ class History {
     return new Track(new Rows(this.size, columns), this.skylines);
   }
 
-  /** The oldest goes where all are kept; every `keep` epochs the rest moves to the front of its arrays. */
+  /** Drops the oldest if the store is full; every `keep` epochs the rest moves to the front of the arrays. */
   private makeRoom(): void {
     if (this.size === this.keep) {
       ++this.begin;
@@ -247,7 +247,7 @@ export class Store {
   private readonly pending = new Map<string, Promise<Block>>();
   private entries: ChunkEntry[][] = [];
   private readonly slices = new Map<string, Promise<Rows>>();
-  /** Epochs that came as messages, by receiver. */
+  /** Epochs received as messages, by receiver. */
   private readonly histories: (History | undefined)[] = [];
   private uses = 0;
 
@@ -260,7 +260,7 @@ export class Store {
       .filter((c): c is ChunkEntry => c.kind === 'block' && c.receiver === r).sort((a, b) => a.first_epoch - b.first_epoch));
   }
 
-  /** Replaces the epochs that came as messages by the whole run; an antenna that was put somewhere stays. */
+  /** Replaces the epochs received as messages by the complete run; keeps an antenna put by the user. */
   async adopt(): Promise<void> {
     const whole = new Store(this.source, await this.source.header());
     await whole.loadTracks();
@@ -289,17 +289,17 @@ export class Store {
     if (comparison) this.comparison = decodeChunk(await this.source.file(comparison.file), this.header).get('comparison') ?? null;
   }
 
-  /** Takes an epoch that came as a message. @param keep so many of the receiver are kept, the newest */
+  /** Takes an epoch received as a message. @param keep number of the receiver's stored epochs, the newest */
   append(receiver: number, message: EpochMessage, keep: number): void {
     const history = (this.histories[receiver] ??= new History(this.header, receiver, keep));
     const last = this.tracks[receiver]?.time.at(-1);
-    // Time that goes back is another run.
+    // If time goes back, it is another run.
     if (keep === 1 || (last !== undefined && message.time_s < last)) history.clear();
     history.add(message);
     this.tracks[receiver] = history.track();
   }
 
-  /** How a fix was made; empty in views that do not say it. */
+  /** The kind of a fix; empty in views without it. */
   kind(receiver: number, epoch: number): string {
     const kinds = this.header.words.fix_kind;
     return kinds?.[this.tracks[receiver]?.epochs.at('fix_kind', epoch) ?? -1] ?? '';
@@ -312,7 +312,7 @@ export class Store {
     }
     return false;
   }
-  /** Names of the faults at work; views of earlier versions have them by the times in the header. */
+  /** Names of the active faults; in views of earlier versions from the times in the header. */
   faults(receiver: number, epoch: number): string {
     const track = this.tracks[receiver];
     if (!track) return '';
@@ -321,7 +321,7 @@ export class Store {
     return (this.header.receivers[receiver]?.faults ?? []).filter((f) => now >= f.from_s && now <= f.until_s).map((f) => f.name).join('; ');
   }
 
-  /** Forgets a receiver whose epochs came as messages, the last of all. */
+  /** Removes a receiver whose epochs were received as messages, the last of all. */
   drop(receiver: number): void {
     this.tracks.length = receiver;
     this.header.receivers.length = receiver;
@@ -358,7 +358,7 @@ export class Store {
       .sort((a, b) => a.entry.first_epoch - b.entry.first_epoch);
   }
 
-  /** The block of an epoch; undefined where the run has none. */
+  /** The block of an epoch; undefined: not in the run. */
   async load(receiver: number, epoch: number): Promise<Block | undefined> {
     const entry = this.entryOf(receiver, epoch);
     if (!entry) return undefined;
@@ -394,7 +394,7 @@ export class Store {
     }
   }
 
-  /** A column of a satellite over a receiver's epochs; NaN where there is no value or no block is loaded. */
+  /** A column of a satellite over a receiver's epochs; NaN: no value, or block not loaded. */
   ofSatellite(receiver: number, satellite: number, column: (typeof kSatelliteColumns)[number]): Float64Array {
     const result = new Float64Array(this.tracks[receiver]?.size ?? 0).fill(NaN);
     for (const block of this.loadedBlocks(receiver)) {
@@ -407,7 +407,7 @@ export class Store {
     return result;
   }
 
-  /** Epochs where recorded and simulated pseudoranges differ most: one of each street, the largest first. */
+  /** Epochs where recorded and simulated pseudoranges differ most: one per street, the largest first. */
   differences(): number[] {
     const track = this.tracks[this.header.comparison?.recorded ?? 0];
     const difference = this.comparison?.column('difference_rms_m');
@@ -426,7 +426,7 @@ export class Store {
     return largest.filter((i) => i >= 0).sort((a, b) => (difference[b] ?? 0) - (difference[a] ?? 0));
   }
 
-  /** Loads the blocks about an epoch, nearest first, as many as the memory for them takes. */
+  /** Loads the blocks around an epoch, nearest first, as many as fit into their memory. */
   async loadAround(receiver: number, epoch: number, onBlock: () => void): Promise<void> {
     const entries = [...(this.entries[receiver] ?? [])];
     entries.sort((a, b) => Math.abs(a.first_epoch - epoch) - Math.abs(b.first_epoch - epoch));
@@ -437,7 +437,7 @@ export class Store {
       if (this.blocks.has(entry.file)) continue;
       await this.load(receiver, entry.first_epoch);
       onBlock();
-      // The page stays alive between blocks.
+      // The page stays responsive between blocks.
       await new Promise((resolve) => setTimeout(resolve));
     }
   }
@@ -462,7 +462,7 @@ export class Store {
         return rows;
       });
       this.slices.set(entry.file, there);
-      // The oldest goes; what is shown is held by who shows it.
+      // Drops the oldest; shown slices are referenced by their users.
       if (this.slices.size > kMostSlices) this.slices.delete(this.slices.keys().next().value ?? '');
     }
     return there;
@@ -472,7 +472,7 @@ export class Store {
     return this.source.file(this.header.city.file);
   }
 
-  /** Bodies about the antenna at an epoch; empty while its block is not loaded. */
+  /** Bodies near the antenna at an epoch; empty while its block is not loaded. */
   bodies(receiver: number, epoch: number): BodyRow[] {
     return this.loaded(receiver, epoch)?.bodiesAt(epoch) ?? [];
   }

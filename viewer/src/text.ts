@@ -1,16 +1,16 @@
-// Numbers, times and foreign words as the page writes them.
+// Formats of numbers, times and external words in the page.
 
 export const kMissing = '–';
 export const fixed = (value: number | null | undefined, decimals: number): string =>
   value === null || value === undefined || !Number.isFinite(value) ? kMissing : value.toFixed(decimals);
 
-/** HTML that `html` made. */
+/** HTML made by `html`. */
 class Html {
   constructor(readonly text: string) {}
 }
 export type { Html };
 
-/** A template of HTML. What stands in it is text, whoever wrote it, but for other such templates and lists of these. */
+/** A template of HTML. Values in it are escaped as text, except other templates and lists of templates. */
 export function html(parts: TemplateStringsArray, ...values: unknown[]): Html {
   const text = (value: unknown): string => value instanceof Html ? value.text
     : Array.isArray(value) ? value.map(text).join('')
@@ -25,10 +25,10 @@ export function by<T extends HTMLElement = HTMLElement>(id: string): T {
   return element as T;
 }
 
-/** Puts it into an element, in the place of what is there. The only way to it. */
+/** Replaces the content of an element by it. The only function that does so. */
 export const fill = (host: Element, content: Html): void => void (host.innerHTML = content.text);
 
-/** "08:00:12.5": the time of day, UTC, so many seconds behind the begin (no leap second is counted). */
+/** "08:00:12.5": the time of day, UTC, this number of seconds after the beginning (no leap second is counted). */
 export function clock(beginUtc: string, seconds: number): string {
   const t = new Date(Date.parse(beginUtc) + Math.round(seconds * 1000));
   return Number.isNaN(t.getTime()) ? kMissing : t.toISOString().slice(11, 21);

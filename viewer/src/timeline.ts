@@ -7,7 +7,7 @@ import type { Store } from './store';
 
 const kMargin = 8;
 
-/** Clicks on an element and drags along it, with the place from its left edge [px]. */
+/** Clicks on an element and drags along it, with the position from its left edge [px]. */
 export function onDrag(element: HTMLElement, to: (x: number) => void): void {
   const go = (e: PointerEvent): void => to(e.clientX - element.getBoundingClientRect().left);
   element.addEventListener('pointerdown', (e) => {
@@ -79,7 +79,7 @@ export class Timeline {
     c.stroke();
   }
 
-  /** Where streets of a validation begin, with their lengths where there is room. */
+  /** Beginnings of a validation's streets, with their lengths if they fit. */
   private drawStreets(c: CanvasRenderingContext2D, x: (s: number) => number, y: number, ink: string): void {
     c.fillStyle = ink;
     c.font = `9px ${kFont}`;

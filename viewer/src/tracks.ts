@@ -10,14 +10,14 @@ import type { Store, Track } from './store';
 export type Place = [number, number, number];
 
 const kRadians = Math.PI / 180;
-/** Largest number of pieces of a track. */
+/** Maximum number of pieces of a track. */
 const kMostPieces = 6000;
-/** Tracks are drawn without the points that lie so near to their line [m]. */
+/** Tracks are drawn without points this close to their line [m]. */
 const kStraight = 0.1;
-/** Errors beyond are drawn so high [m]. */
+/** Larger errors are drawn with this height [m]. */
 const kHighestFence = 60;
 
-/** Whether two receivers are at one place, at begin, middle and end. */
+/** Whether two receivers have the same position at beginning, middle and end. */
 export function together(a: Track, b: Track): boolean {
   return [0, 0.5, 1].every((share) => {
     const i = Math.floor(share * (a.size - 1));
@@ -26,7 +26,7 @@ export function together(a: Track, b: Track): boolean {
   });
 }
 
-/** A line without the points that are within `tolerance` of what is left (Douglas and Peucker, 1973). */
+/** A line without the points that are within `tolerance` of the remaining line (Douglas and Peucker, 1973). */
 export function simplified(line: Place[], tolerance: number): Place[] {
   const keep = new Uint8Array(line.length).fill(0, 1, -1);
   keep[0] = keep[line.length - 1] = 1;
@@ -67,7 +67,7 @@ export class Tracks {
     return [this.truth, this.fixes, this.fence];
   }
 
-  /** By the state as it is now. */
+  /** For the present state. */
   draw(): void {
     for (const lines of this.all) lines.clear();
     const { tracks } = this.store;
@@ -75,7 +75,7 @@ export class Tracks {
     tracks.forEach((track, receiver) => {
       const chosen = receiver === this.state.receiver;
       if (!chosen && !this.state.layers.others) return;
-      // Receivers of one vehicle have one true track: that of the chosen one, with its losses of fix.
+      // Receivers of one vehicle share a true track: draws that of the selected one, with its losses of fix.
       this.drawTrack(track, receiver, chosen || !own || !together(track, own));
     });
     if (this.state.layers.ranges) this.drawFence();
@@ -87,9 +87,9 @@ export class Tracks {
     const ink = kPaint[theme].truth;
     const fixEast = track.epochs.column('fix_east_m');
     const fixNorth = track.epochs.column('fix_north_m');
-    // A long run is drawn without some of its epochs: more pieces are not seen, and drawing them takes longer than all else.
+    // A long run is drawn without some of its epochs: more pieces are not visible, and would dominate the drawing time.
     const step = Math.max(0.3, track.length / kMostPieces);
-    /** Lines of epochs that have a place and one colour; they meet where that changes. */
+    /** Lines of epochs with a position and one colour; they join at changes of colour. */
     const pieces = (lines: Segments, at: (i: number) => Place | null, colourOf: (i: number) => string): void => {
       let line: Place[] = [];
       let before: Place | null = null;
@@ -112,12 +112,12 @@ export class Tracks {
       pieces(this.truth, (i) => [track.east[i] ?? 0, track.north[i] ?? 0, (track.up[i] ?? 0) - 1],
         (i) => (!track.fixed(i) ? kErrorColour : corrected ? kindColour(this.store.kind(receiver, i)) : ink));
     }
-    // On the ground: heights of fixes scatter more than a street is wide, and would hide where they are.
+    // On the ground: heights of fixes scatter more than the width of a street, and would hide their horizontal positions.
     const colour = receiverColour(receiver, theme);
     pieces(this.fixes, (i) => (track.fixed(i) ? [fixEast[i] ?? 0, fixNorth[i] ?? 0, (track.up[i] ?? 0) - 0.5] : null), () => colour);
   }
 
-  /** A validation's rms of recorded and simulated pseudorange errors, side by side, a metre high for a metre. */
+  /** A validation's rms of recorded and simulated pseudorange errors, side by side, 1 m high per metre. */
   private drawFence(): void {
     const { comparison, header } = this.store;
     const pair = header.comparison;

@@ -1,4 +1,4 @@
-// Canyon in one page: what is dropped becomes a scenario, a worker runs it, and the viewer shows it in a frame.
+// Canyon in one page: dropped files become a scenario, a worker runs it, and the viewer shows it in a frame.
 import './web.css';
 import { isMap, parseDocument } from 'yaml';
 import { gunzip, unpacked } from './format';
@@ -9,7 +9,7 @@ import type { Question } from './web_worker';
 type Box = [number, number, number, number];
 type Answer = Record<string, unknown> & { error?: string };
 
-/** The worker, asked one question at a time. */
+/** The worker, with one request at a time. */
 class Engine {
   private readonly worker = new Worker(URL.createObjectURL(new Blob([text('canyon-module'), text('canyon-worker')])));
   private readonly waiting = new Map<number, (answer: Answer) => void>();
@@ -22,7 +22,7 @@ class Engine {
       this.waiting.delete(data.id);
     };
   }
-  /** Throws what the module says is wrong. */
+  /** Throws the module's error. */
   async ask(what: string, more: object = {}): Promise<Answer> {
     const question: Question = { id: ++this.last, do: what, ...more };
     const answer = await new Promise<Answer>((resolve) => {
@@ -42,14 +42,14 @@ function text(id: string): string {
 }
 
 const kBusy = ['run', 'draw', 'map', 'demo'];
-/** Cells of a heat map, about: a second or two for a thousand. */
+/** Approximate number of cells of a heat map: 1 to 2 s per thousand. */
 const kCells = 4000;
 const scenario = by<HTMLTextAreaElement>('scenario');
 const frame = by<HTMLIFrameElement>('view');
 const engine = new Engine((share) => (by<HTMLProgressElement>('progress').value = share));
-/** Those that the scenario was made of, or that wait for a city. */
+/** Source files of the scenario, or files waiting for a city. */
 let files = new Map<string, File>();
-/** Corners of a drive that is being drawn [m, city's frame]; null: none is. */
+/** Corners of the drive being drawn [m, city's frame]; null: none. */
 let corners: [number, number][] | null = null;
 let last = Promise.resolve();
 
@@ -66,7 +66,7 @@ function post(type: 'arm' | 'look' | 'end'): void {
   frame.contentWindow?.postMessage({ type, version: 1 } satisfies Message, '*');
 }
 
-/** Works once all that was begun before has ended. */
+/** Runs after all earlier work has ended. */
 function busy(what: string, work: () => Promise<void>): Promise<void> {
   const enable = (on: boolean): void => kBusy.forEach((id) => (by<HTMLButtonElement>(id).disabled = !on));
   return (last = last.then(async () => {
@@ -78,7 +78,7 @@ function busy(what: string, work: () => Promise<void>): Promise<void> {
   }));
 }
 
-/** Shows out/page.html in the frame; resolves once its viewer has drawn it. */
+/** Shows out/page.html in the frame; resolves after its viewer has drawn it. */
 async function show(): Promise<void> {
   const page = URL.createObjectURL(new Blob([await engine.read('out/page.html')], { type: 'text/html' }));
   frame.hidden = false;
@@ -109,7 +109,7 @@ function offer(made: string[]): void {
   by('saves').hidden = false;
 }
 
-/** @param preview s of it that are shown first, so that the city is there at once; 0: none */
+/** @param preview seconds of it that are shown first, so that the city appears at once; 0: none */
 function run(preview = 0): Promise<void> {
   return busy('Computing', async () => {
     await engine.ask('write', { path: 'scenario.yaml', bytes: scenario.value });
@@ -127,7 +127,7 @@ function run(preview = 0): Promise<void> {
   });
 }
 
-/** Makes a scenario of these files, and of those before that they do not replace, and runs it; what the module refuses is dropped. */
+/** Makes a scenario of these files and of earlier files that they do not replace, and runs it; drops files rejected by the module. */
 async function take(dropped: Iterable<File>): Promise<void> {
   const added = new Map([...dropped].map((file) => [file.name, file]));
   let made = false;
@@ -153,7 +153,7 @@ async function take(dropped: Iterable<File>): Promise<void> {
   if (wrong.length > 0) say([...(made ? [by('status').textContent] : []), ...wrong].join('\n'), true);
 }
 
-/** Indents further lines in brackets, which the module reads without. */
+/** Indents further lines in brackets, which the module also reads unindented. */
 function indented(yaml: string): string {
   let depth = 0;
   return yaml.replace(/"(?:\\.|[^"\\])*"|'[^']*'|(?<=^|\s)#.*|[[\]{}\n]/gm, (part) => {
@@ -162,7 +162,7 @@ function indented(yaml: string): string {
   });
 }
 
-/** The scenario with a drive through corners in place of its trajectory. */
+/** The scenario with a drive through corners instead of its trajectory. */
 function along(yaml: string, way: [number, number][]): string {
   let document = parseDocument(yaml, { strict: false });
   if (document.errors[0]) document = parseDocument(indented(yaml), { strict: false });
@@ -173,11 +173,11 @@ function along(yaml: string, way: [number, number][]): string {
   return document.toString({ lineWidth: 0, flowCollectionPadding: false });
 }
 
-/** @param way corners so far; null: no drive is drawn any more */
+/** @param way corners so far; null: the drawing has ended */
 function draw(way: typeof corners): void {
   if (corners && !way) post('end');
   corners = way;
-  by('draw').textContent = !way ? 'Draw a way' : way.length > 1 ? `Drive through ${way.length} corners` : 'Stop drawing';
+  by('draw').textContent = !way ? 'Draw a route' : way.length > 1 ? `Drive through ${way.length} corners` : 'Stop drawing';
 }
 
 function stopDrawing(): void {
@@ -202,7 +202,7 @@ by('draw').onclick = () => {
 };
 addEventListener('keydown', (event) => event.key === 'Escape' && stopDrawing());
 
-/** @param box west, south, east, north of what is in view [m, city's frame] */
+/** @param box west, south, east, north of the visible area [m, city's frame] */
 function map(box: Box): Promise<void> {
   return busy('Computing the heat map', async () => {
     const [west, south, east, north] = box;
@@ -215,7 +215,7 @@ function map(box: Box): Promise<void> {
 
 by('map').onclick = () => post('look');
 
-// Questions of the viewer in the frame.
+// Requests of the viewer in the frame.
 addEventListener('message', async (event: MessageEvent<ProbeMessage | { type: 'look'; box: Box } | { type: 'end' }>) => {
   if (event.source !== frame.contentWindow) return;
   if (event.data?.type === 'look') return void map(event.data.box);
@@ -225,7 +225,7 @@ addEventListener('message', async (event: MessageEvent<ProbeMessage | { type: 'l
   frame.contentWindow?.postMessage(JSON.parse(answer as string), '*');
   const { east_m, north_m } = event.data.place;
   const [east, north] = corners?.at(-1) ?? [];
-  if (!corners || (east === east_m && north === north_m)) return;  // an antenna asks for each instant
+  if (!corners || (east === east_m && north === north_m)) return;  // an antenna sends a request for each instant
   draw([...corners, [east_m, north_m]]);
   post('arm');
 });
@@ -243,7 +243,7 @@ by('origin').onchange = () => void (files.size > 0 && take([]));
 by<HTMLInputElement>('files').onchange = (event) => {
   const box = event.target as HTMLInputElement;
   void take([...(box.files ?? [])]);
-  box.value = '';  // so that a file of the same name can follow
+  box.value = '';  // so that a file of the same name can be selected again
 };
 for (const kind of ['dragover', 'dragleave', 'drop'] as const) {
   addEventListener(kind, (event) => {

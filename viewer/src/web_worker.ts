@@ -1,4 +1,4 @@
-// The module that computes, on a thread of its own. Messages: {id, do, ...} to it; {id, answer} and {progress} from it.
+// The module that computes, on its own thread. Messages: {id, do, ...} to it; {id, answer} and {progress} from it.
 
 interface Module {
   ccall(name: string, result: string, types: string[], values: string[]): string;
@@ -9,7 +9,7 @@ declare const canyonModule: (options: object) => Promise<Module>;
 const post = (message: object, transfer: Transferable[] = []): void => (self as unknown as Worker).postMessage(message, transfer);
 let ready: Promise<Module>;
 
-/** A question to canyon_do() (adapters/web/web.cpp), or one of the file system. */
+/** A request to canyon_do() (adapters/web/web.cpp), or one of the file system. */
 export interface Question {
   id: number;
   do: string;
@@ -33,7 +33,7 @@ async function answer(question: Question): Promise<void> {
   post({ id, answer: {} });
 }
 
-// A module that has crashed says so instead of being silent.
+// A crashed module reports it instead of being silent.
 let turn = Promise.resolve();
 self.onmessage = (event: MessageEvent<Question>) => {
   turn = turn.then(() => answer(event.data)).catch((error: unknown) => post({ id: event.data.id, answer: { error: String(error) } }));

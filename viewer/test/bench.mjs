@@ -1,12 +1,12 @@
-// How long the page takes, in a headless Chromium with SwiftShader at 1280 x 720: `npm run bench [-- BUILDINGS_A_SIDE...]`, or, of a
-// long drive, `npm run bench -- hour [PAGE.html | ADDRESS]` (made up where none is given). Machines are shared, so that
-// processor time of all of Chromium's processes is told beside wall time.
+// The page's time, in a headless Chromium with SwiftShader at 1280 x 720: `npm run bench [-- BUILDINGS_A_SIDE...]`, or, of a
+// long drive, `npm run bench -- hour [PAGE.html | ADDRESS]` (synthetic by default). Machines are shared, so
+// processor time of all of Chromium's processes is printed with wall time.
 import { readdirSync, readFileSync } from 'node:fs';
 import { readFile } from 'node:fs/promises';
 import { Session } from './browser.mjs';
 import { fillPage, sampleView } from './sample.mjs';
 
-const kTicks = 100;  // of /proc a second
+const kTicks = 100;  // of /proc per second
 const page = await readFile(new URL('../dist/viewer.html', import.meta.url), 'utf8');
 
 /** Processor seconds of this process's descendants. */
@@ -46,7 +46,7 @@ function resident() {
   return most.toFixed(0);
 }
 
-/** An hour at 10 Hz with 40 satellites: what it takes to open, and after going through all of it, a step every 6 s. */
+/** An hour at 10 Hz with 40 satellites: memory and time to open it, and after stepping through all of it in steps of 6 s. */
 async function hour(given) {
   const html = given ?? fillPage(page, sampleView({ epochs: 36_000, block: 64, interval: 0.1, more: 28 }));
   const s = await Session.open(html);

@@ -1,4 +1,4 @@
-// A headless Chromium for the tests; they are skipped, and say so, where there is none.
+// A headless Chromium for the tests; they are skipped with a message if there is none.
 import { existsSync } from 'node:fs';
 import { mkdir, mkdtemp, rm, writeFile } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
@@ -8,20 +8,20 @@ import { chromium } from 'playwright-core';
 
 export const kChromium = [process.env.CANYON_CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome']
   .find((path) => path && existsSync(path));
-/** For `skip:` of a test: false, or why. */
+/** For `skip:` of a test: false, or the reason. */
 export const withoutChromium = kChromium ? false : 'SKIPPED: no Chromium here (Debian: chromium)';
 if (withoutChromium) console.error(withoutChromium);
 /** The time limit of one step of a test [ms]: a busy machine draws a picture in a second, none takes this long. */
 export const kPatience = 30_000;
 
-/** Opens an HTML text or file from disk, or an address; what the page complains of, and asks the network for, is kept. */
+/** Opens an HTML text or file from disk, or an address; stores the page's errors and network requests. */
 export class Session {
   static async open(html, { width = 1280, height = 720, colorScheme = 'light' } = {}) {
     const session = new Session();
     try {
       await session.start(html, { width, height, colorScheme });
     } catch (error) {
-      // A browser left open would keep the tests from ending.
+      // An open browser would prevent the tests from ending.
       await session.close();
       throw error;
     }
@@ -61,18 +61,18 @@ export class Session {
   run(script, argument) {
     return this.page.evaluate(script, argument);
   }
-  /** A picture for people, in test-output/. */
+  /** A picture for manual inspection, in test-output/. */
   async picture(name) {
     const folder = new URL('../test-output/', import.meta.url);
     await mkdir(folder, { recursive: true });
     return this.page.screenshot({ path: join(folder.pathname, `${name}.png`) });
   }
-  /** The page's own address and nothing else: no network, no file beside it. */
+  /** Only the page's own address: no network, no other files. */
   foreignRequests() {
     return this.requests.filter((url) => url !== this.url && !url.startsWith('data:') && !url.startsWith('blob:'));
   }
   async close() {
-    // One that does not answer is ended with this process.
+    // A browser that does not respond ends with this process.
     await Promise.race([this.browser?.close().catch(() => {}), new Promise((done) => setTimeout(done, 5000).unref())]);
     await rm(this.folder, { recursive: true, force: true });
   }

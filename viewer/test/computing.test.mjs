@@ -1,4 +1,4 @@
-// `canyon view SCENARIO` while its run is computed: epochs as they come, then all of the run.
+// `canyon view SCENARIO` while its run is computed: epochs as they arrive, then the complete run.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdtemp, readdir, readFile, rm, writeFile } from 'node:fs/promises';
@@ -16,9 +16,9 @@ let scenario;
 let server;
 let s;
 
-/** On one thread, so that it lasts longer than a page takes to open, on a large machine as well. */
+/** On one thread, so that it takes longer than opening a page, also on a large machine. */
 const view = () => Running.start(['view', scenario, '--threads', '1', '--quiet'], { environment: { TMPDIR: folder } });
-/** Folders of views that are being computed. */
+/** Folders of views in computation. */
 const views = async () => (await readdir(folder)).filter((name) => name.startsWith('canyon-view-'));
 const computing = (session) => session.page.waitForFunction(() => /^Computing: \d+ of 3041 epochs/.test(document.getElementById('follow-live').textContent)
   && window.canyon?.store.tracks[0]?.size > 3 && canyon.store.tracks[1]?.size > 3);
@@ -126,7 +126,7 @@ test('a run that fails says so, here and there', { skip }, async () => {
   const page = await Session.open(other.address);
   try {
     await computing(page);
-    // No further file of the view can be written. One may come while the folder is emptied: again then.
+    // No further file of the view can be written. One may be written while the folder is emptied: then try again.
     for (const name of await views()) await rm(join(folder, name), { recursive: true, maxRetries: 20 });
     await page.page.waitForFunction(() => document.getElementById('follow-live').textContent === 'The run failed');
     assert.match(await page.text('#toast'), /canyon-view-.*block-/);

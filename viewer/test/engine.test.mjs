@@ -1,5 +1,5 @@
 // The engine's files on the page: numbers equal those of the CSV files of the same scenario. CANYON names the program
-// (default: ../build-release/bin/canyon); without it these tests are skipped, and say so.
+// (default: ../build-release/bin/canyon); without it these tests are skipped with a message.
 import Ajv from 'ajv';
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
@@ -63,7 +63,7 @@ test('every epoch has the numbers of epochs.csv', { skip }, async () => {
     names.forEach((n, k) => {
       if (row[n] === '') return assert.equal(columns[k][i], 'NaN', `${n} at epoch ${i}`);
       const digits = row[n].split('.')[1]?.length ?? 0;
-      // The file rounds; a tie may fall either way.
+      // The file rounds; a tie may be rounded up or down.
       assert.ok(Math.abs(Number(columns[k][i]) - Number(row[n])) <= 0.5000001 * 10 ** -digits, `${n} at epoch ${i}`);
     });
   });
@@ -94,7 +94,7 @@ test('every satellite has the numbers of satellites.csv', { skip }, async () => 
     return result;
   });
   assert.equal(rows.length, satellites.length);
-  // Single precision: 6e-8 of the value, beside half a digit of the file.
+  // Single precision: 6e-8 of the value, plus half a digit of the file.
   const near = (shown, cell, digits) => (cell === '' ? shown === 'NaN'
     : Math.abs(Number(shown) - Number(cell)) <= 0.51 * 10 ** -digits + 1.2e-7 * Math.abs(Number(cell)));
   rows.forEach(([id, azimuth, elevation, visibility, used, lock, cn0, trueCn0, excess, error, residual], i) => {
@@ -129,9 +129,9 @@ test('correlation functions are those of canyon correlation', { skip }, async ()
     const magnitudes = rows.map((row) => Math.hypot(Number(row.in_phase), Number(row.quadrature)));
     const most = Math.max(...magnitudes);
     if (!data) assert.equal(most, 0, `at ${time} s`);
-    // With a detour of more than a chip the page shows more than three chips.
+    // With an excess delay of more than a chip the page shows more than three chips.
     else if (Math.abs(data[0].at(-1) - Number(rows.at(-1).delay_m)) < 1e-3) {
-      // Phases are rounded to a degree, and the weakest paths are left out.
+      // Phases are rounded to a degree, and the weakest paths are omitted.
       rows.forEach((_, k) => assert.ok(Math.abs(data[1][k] - magnitudes[k]) < 0.03 * most, `at ${time} s, ${rows[k].delay_m} m`));
       ++compared;
     }

@@ -1,5 +1,5 @@
-// A heat map that the engine computed, on the page: its cells say what `canyon heatmap query` says. CANYON names the program
-// (default: ../build-release/bin/canyon); without it this test is skipped, and says so.
+// A heat map computed by the engine, on the page: its cells equal `canyon heatmap query`. CANYON names the program
+// (default: ../build-release/bin/canyon); without it this test is skipped with a message.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdtemp, rm, writeFile } from 'node:fs/promises';
@@ -15,7 +15,7 @@ test('cells say what the map says', { skip }, async () => {
   const folder = await mkdtemp(join(tmpdir(), 'canyon-map-'));
   const canyon = (...words) => execFileSync(program, words, { timeout: kPatience, encoding: 'utf8' });
   const cells = [[0, 0], [20, 20], [39, 39], [7, 31], [25, 12], [20, 2], [3, 20], [20, 36]];
-  // A receiver without noise: a map's cell and an antenna put there know the same.
+  // A receiver without noise: a map's cell and an antenna put there have the same result.
   const scenario = join(folder, 'ideal.yaml');
   await writeFile(scenario, 'city: {synthetic: {seed: 3}}\nsky: {nominal: true, systems: [GPS, Galileo]}\nstart: 2026-06-01T12:00:00Z\n' +
     'duration_s: 1\ntrajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}\nreceivers: [{name: rover, profile: ideal}]\n');
@@ -54,7 +54,7 @@ test('cells say what the map says', { skip }, async () => {
     assert.deepEqual(s.complaints, []);
     await s.close();
 
-    // Served with its scenario: an antenna at a cell sees what the map counted there, at the map's altitude and time.
+    // Served with its scenario: an antenna at a cell has the map's count, at the map's altitude and time.
     server = await Running.start(['view', map, '--city', scenario, '--quiet']);
     s = await Session.open(server.address);
     assert.ok(await s.page.locator('#skyplot').isHidden());

@@ -1,4 +1,4 @@
-// `canyon view WHAT --live ADDRESS` beside a `canyon live`: epochs as they come, and what happens when either goes away.
+// `canyon view WHAT --live ADDRESS` with a `canyon live`: epochs as they arrive, and the behaviour when either ends.
 import Ajv from 'ajv';
 import assert from 'node:assert/strict';
 import { mkdtemp, readFile, rm, writeFile } from 'node:fs/promises';
@@ -25,11 +25,11 @@ const freePort = () => new Promise((resolve) => {
     server.close(() => resolve(free));
   });
 });
-/** The scenario's drive in real time, so many seconds of it. */
+/** The scenario's drive in real time, this number of seconds. */
 const drive = (seconds, file) => Running.start(['live', scenario, '--duration', String(seconds), '--quiet', '--stream',
   `view=${stream}`, '--stream', `epochs_csv=file:${join(folder, file)}`], { serves: false });
 const view = () => Running.start(['view', scenario, '--live', stream, '--port', String(port), '--quiet']);
-/** A line that broke is what these tests break. */
+/** Errors of broken lines are expected here. */
 const complaints = () => s.complaints.filter((text) => !/WebSocket connection to .* failed|ERR_CONNECTION_REFUSED/.test(text));
 
 before(async () => {
@@ -67,7 +67,7 @@ test('follows the newest epoch; its numbers are those of the CSV file', { skip }
   const shown = await s.run((list) => ({ time: Array.from(canyon.store.tracks[0].time),
     columns: list.map((n) => Array.from(canyon.store.tracks[0].epochs.column(n), String)) }), names);
   assert.ok(shown.time.length >= 4);
-  // Epochs from before the page was there are not on it; all others are, one row each.
+  // Epochs from before the page was loaded are not on it; all others are, one row each.
   const skipped = rows.length - shown.time.length;
   shown.time.forEach((time, i) => {
     const row = rows[skipped + i];
@@ -78,7 +78,7 @@ test('follows the newest epoch; its numbers are those of the CSV file', { skip }
       assert.ok(Math.abs(Number(shown.columns[k][i]) - Number(row[n])) <= 0.5000001 * 10 ** -digits, `${n} at epoch ${i}`);
     });
   });
-  // Its last epoch, as people read it.
+  // Its last epoch, as displayed.
   await s.page.waitForFunction(() => canyon.state.time === canyon.store.tracks[0].time.at(-1));
   assert.equal((await s.text('#readout [data-name="error_east_m"]')).split(' ')[0], Number(rows.at(-1).error_east_m).toFixed(2));
 });
@@ -129,7 +129,7 @@ test('an antenna is put into the host\'s sky, and goes with its time', { skip },
   }));
   assert.equal(put.time, own.time);
   assert.deepEqual(put.rows.map((row) => row[0]), own.rows.map((row) => row[0]));
-  // An epoch may have come between place and time: 4 m in 20,000 km.
+  // An epoch may have arrived between position and time: 4 m in 20,000 km.
   put.rows.forEach(([id, azimuth, elevation], i) => {
     assert.ok(Math.abs(((azimuth - own.rows[i][1] + 540) % 360) - 180) < 1e-3 && Math.abs(elevation - own.rows[i][2]) < 1e-4, id);
   });
@@ -180,7 +180,7 @@ test('receivers of several streams are on one page', { skip }, async () => {
     assert.deepEqual(await page.page.locator('#receiver option').allInnerTexts(), ['phone', 'car']);
     assert.ok(await page.page.locator('#receiver-choice').isVisible());
     assert.equal(await page.page.getByText('the other receivers', { exact: true }).count(), 1);
-    // One drive, one time: where both have an epoch they are at one place.
+    // Same drive, same time: at common epochs they have the same position.
     const apart = await page.run(() => {
       const [a, b] = canyon.store.tracks;
       const at = Array.from(b.time).findIndex((t) => a.time.includes(t));

@@ -1,4 +1,4 @@
-// A heat map on the page, whose cells are known by hand (sample.mjs).
+// A heat map on the page, with known cells (sample.mjs).
 import Ajv from 'ajv';
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
@@ -15,7 +15,7 @@ before(async () => {
 });
 after(() => s?.close());
 
-/** Where a place of the city is on the screen. */
+/** The screen position of a point in the city. */
 const onScreen = (east, north, up) => s.run(([x, y, z]) => {
   const { scene } = window.canyon;
   const { camera, target } = scene.control;
@@ -67,7 +67,7 @@ test('times, altitudes, layers, colours and their range are chosen', { skip }, a
   await s.page.fill('#map-high', '2.2');
   await s.page.keyboard.press('Tab');
   assert.deepEqual(await shown(), [255, 255, 255, 255]);
-  // A range that is none is said, not shown.
+  // An invalid range is reported, not shown.
   await s.page.fill('#map-low', '3');
   await s.page.keyboard.press('Tab');
   assert.match(await s.run(() => document.querySelector('#map-high').validationMessage), /from a smaller number to a larger/);
@@ -81,7 +81,7 @@ test('times, altitudes, layers, colours and their range are chosen', { skip }, a
   assert.deepEqual(await shown(), [139, 139, 139, 255]);
   await s.page.selectOption('#map-layer', '1');
   await s.page.waitForFunction(() => window.canyon.heat.layer === 1);
-  // Row 12 of 0 to 20 by the square root, 0.7746, the other way round: 14 of 64.
+  // Row 12 of 0 to 20 by the square root, 0.7746, inverted: 14 of 64.
   assert.deepEqual(await shown(), [56, 56, 56, 255]);
   await s.page.keyboard.press('Escape');
   await s.page.focus('#play');

@@ -1,4 +1,4 @@
-// The page with a made-up view whose numbers are known by hand (sample.mjs).
+// The page with a synthetic view with known numbers (sample.mjs).
 import Ajv from 'ajv';
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
@@ -45,7 +45,7 @@ test('something is drawn in three dimensions', { skip }, async () => {
 });
 
 test('traffic stands where the file says', { skip }, async () => {
-  /** The triangles that are drawn, and the box about those that are above or below the arrow's place. */
+  /** The drawn triangles, and the box around those above or below the arrow's position. */
   const drawn = () => s.run(() => {
     const { scene, store } = window.canyon;
     const { array } = scene.bodies.mesh.geometry.getAttribute('position');
@@ -200,7 +200,7 @@ test('a click in one panel selects in all', { skip }, async () => {
   assert.equal(await s.page.locator('.label.chosen').innerText(), 'G12');
   assert.deepEqual(await s.page.locator('table.paths tbody tr').allInnerTexts(),
     ['reflected\t12.50\t6.0', 'reflected, 2 times\t30.00\t14.0']);
-  // Sky plot: E07 (index 7) stands at azimuth 210, elevation 15 + 203 mod 70 = 78.
+  // Sky plot: E07 (index 7) is at azimuth 210, elevation 15 + 203 mod 70 = 78.
   const box = await s.page.locator('#skyplot canvas').boundingBox();
   const r = (Math.min(box.width, box.height) / 2 - 17) * (90 - 78) / 90;
   const a = (210 * Math.PI) / 180;
@@ -246,7 +246,7 @@ test('every camera, both themes, both colourings and the help', { skip }, async 
   assert.equal(await s.page.getAttribute('#cameras [data-camera=follow]', 'aria-pressed'), 'true');
   assert.equal(await s.page.getAttribute('html', 'data-theme'), 'dark');
   await s.page.keyboard.press('?');
-  assert.match(await s.text('#help'), /What is what/);
+  assert.match(await s.text('#help'), /Keys and legend/);
   await s.page.keyboard.press('Escape');
   await s.page.keyboard.press('d');
   await s.page.keyboard.press('c');
@@ -254,7 +254,7 @@ test('every camera, both themes, both colourings and the help', { skip }, async 
 });
 
 test('plays on at its speed and stops at the end', { skip }, async () => {
-  // Who has clicked a button still plays by the space bar.
+  // After a click on a button the space bar still plays.
   await s.page.click('[data-camera=follow]');
   await s.run(() => window.canyon.goTo(110));
   await s.page.selectOption('#speed', '60');
@@ -297,7 +297,7 @@ test('words of the data are text: none of them runs', { skip }, async () => {
     assert.equal(await hostile.run('window.ran'), undefined);
     assert.match(await hostile.run('document.querySelector("#tab-summary").textContent'), /onerror/);
     assert.match(await hostile.run('document.querySelector("#tab-satellites").textContent'), /onerror/);
-    // What got in all the same would not run: only the page's own script does.
+    // Injected scripts would not run in any case: only the page's own script does.
     await hostile.run(() => {
       document.body.insertAdjacentHTML('beforeend', '<img src="data:," onerror="window.ran = 2">');
       document.body.append(Object.assign(document.createElement('script'), { textContent: 'window.ran = 3' }));

@@ -1,4 +1,4 @@
-// The program under test: CANYON, or what ./run build made.
+// The program under test: CANYON, or the one built by ./run build.
 import { spawn, spawnSync } from 'node:child_process';
 import { existsSync } from 'node:fs';
 import { readFile } from 'node:fs/promises';
@@ -19,7 +19,7 @@ export async function csv(file) {
 
 /** A `canyon` that runs until it is stopped. */
 export class Running {
-  /** Starts it and waits for the address that it prints, where it is one that serves. */
+  /** Starts it and waits for its printed address, if it is a server. */
   static async start(args, { serves = true, environment = {} } = {}) {
     const running = new Running();
     running.child = spawn(program, args, { stdio: ['ignore', 'pipe', 'inherit'], env: { ...process.env, ...environment } });
@@ -36,12 +36,12 @@ export class Running {
     });
     return running;
   }
-  /** As Ctrl-C does; the exit status. */
+  /** Sends Ctrl-C; returns the exit status. */
   async stop(signal = 'SIGINT') {
     this.child.kill(signal);
     return this.ended;
   }
-  /** The message of a program that is to fail. */
+  /** The message of a program that is expected to fail. */
   static refused(args) {
     const result = spawnSync(program, args, { encoding: 'utf8', timeout: 20_000 });
     return result.status === 2 ? result.stderr : '';

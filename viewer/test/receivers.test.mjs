@@ -1,4 +1,4 @@
-// Receivers beside each other, and a validation: recorded beside simulated (sample.mjs).
+// Several receivers, and a validation: recorded and simulated (sample.mjs).
 import Ajv from 'ajv';
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
@@ -22,7 +22,7 @@ test('the sample of a validation is what the schema says', async () => {
 });
 
 test('to where recorded and simulated differ most, street by street', { skip }, async () => {
-  // 30 m at the end of the second street, then 20 m of the third, 10 m of the first, and round.
+  // 30 m at the end of the second street, then 20 m of the third, 10 m of the first, and again from the first.
   for (const [at, metres] of [[79, '30.0'], [119, '20.0'], [39, '10.0'], [79, '30.0']]) {
     await s.page.keyboard.press('v');
     assert.equal(await epoch(), at);

@@ -1,4 +1,4 @@
-// Films of a page: what `canyon view --record` runs.
+// Films of a page: run by `canyon view --record`.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdtemp, readFile, rm, writeFile } from 'node:fs/promises';

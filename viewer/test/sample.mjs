@@ -1,5 +1,5 @@
-// A made-up view with numbers that can be worked out by hand: a block of boxes, a drive along a street, twelve satellites.
-// It serves tests of the page where no engine is built; what the engine writes is judged by page.test.mjs as well.
+// A synthetic view with numbers that can be computed by hand: a block of boxes, a drive along a street, twelve satellites.
+// It is for tests of the page without a built engine; the engine's output is also tested by page.test.mjs.
 import { gzipSync } from 'node:zlib';
 
 const kSizes = { f64: 8, f32: 4, i32: 4, u32: 4, u16: 2, u8: 1 };
@@ -104,7 +104,7 @@ export function sampleView({ grid = 8, epochs = 120, block = 40, interval = 1, m
   for (let e = 0; e < epochs; ++e) {
     const lost = e >= 50 && e < 60;
     const east = -228 + 4 * ((e * interval) % 120);
-    // Error: e/10 m east, e/20 m north, 1 m up; the largest at the last epoch.
+    // Error: e/10 m east, e/20 m north, 1 m up; maximum at the last epoch.
     const error = lost ? [NaN, NaN, NaN] : [e / 10, e / 20, 1];
     const covariance = lost ? Array(6).fill(NaN) : [9, 4, 16, 2, 0, 0];
     rows.push([e * interval, east, 0, 1.5, 0, 0, 0, 4, 0, 0, lost ? 2 : 1, 0, east + error[0], error[1], 1.5 + error[2], ...error, ...covariance,
@@ -165,7 +165,7 @@ export function sampleView({ grid = 8, epochs = 120, block = 40, interval = 1, m
   return { header, files };
 }
 
-/** The sample as a validation of three streets of 40 s: the receiver is the recorded one, the simulated one is the same again. The
+/** The sample as a validation of three streets of 40 s: the receiver is the recorded one, the simulated one is a copy. The
  *  rms are e / 10, e / 5 and, the largest of each street at its end, 10, 30 and 20 times e mod 40 / 39. */
 export function withPair({ header, files }) {
   const epochs = header.receivers[0].summary.epochs;
@@ -184,7 +184,7 @@ export function withPair({ header, files }) {
     comparison: { recorded: 0, simulated: 1, streets }, chunks }, files };
 }
 
-/** Lays a heat map over a view: 40 x 20 cells of 10 m, 2 altitudes, 3 times, an error and a count. Row by row from the south-west
+/** Adds a heat map to a view: 40 x 20 cells of 10 m, 2 altitudes, 3 times, an error and a count. Row by row from the south-west
  *  corner the first five rows are inside a building; the error is column / 10 m, a step higher at each time; in the last row it
  *  has no value. */
 export function withMap({ header, files }) {
@@ -216,7 +216,7 @@ export function withMap({ header, files }) {
   return { header: { ...header, map, chunks }, files };
 }
 
-/** Puts a view into the viewer's page, as `canyon view --export` does. */
+/** Puts a view into the viewer's page, like `canyon view --export`. */
 export function fillPage(page, { header, files }) {
   const json = JSON.stringify(header).replaceAll('<', '\\u003c');
   let data = `<script type="application/json" id="canyon-view">${json}</script>\n`;

@@ -1,5 +1,5 @@
 // Pictures of the page compared with earlier ones (screens.json: mean colours of a grid over the three-dimensional view, free of
-// fonts); other sizes of screens. UPDATE=1 writes screens.json anew: look at test-output/ before it is committed.
+// fonts); other sizes of screens. UPDATE=1 rewrites screens.json: check test-output/ before it is committed.
 import assert from 'node:assert/strict';
 import { readFile, writeFile } from 'node:fs/promises';
 import { test } from 'node:test';
@@ -11,7 +11,7 @@ const page = await readFile(new URL('../dist/viewer.html', import.meta.url), 'ut
 const file = new URL('screens.json', import.meta.url);
 const known = JSON.parse(await readFile(file, 'utf8').catch(() => '{}'));
 const [kAcross, kAlong] = [34, 21];
-/** Tolerance of a cell's mean colour, of 255, and share of cells beyond it: edges fall on other pixels on other machines. */
+/** Tolerance of a cell's mean colour, of 255, and fraction of cells beyond it: edges fall on other pixels on other machines. */
 const kTolerance = 12;
 const kOdd = 0.03;
 
@@ -60,7 +60,7 @@ test('a drive, by day and by night, from above and from the antenna', { skip }, 
     await s.page.keyboard.press('4');
     await s.page.keyboard.press('d');
     await compare(s, 'drive-first-dark');
-    // The comparison can fail: another picture is not this one.
+    // The comparison can fail: another picture differs.
     await s.page.keyboard.press('2');
     if (!process.env.UPDATE) await assert.rejects(compare(s, 'drive-top'), /differs/);
     assert.deepEqual(s.complaints, []);

@@ -1,5 +1,5 @@
-// The page as `canyon view` serves it: HTTP, the probe, live epochs. CANYON names the program (default:
-// ../build-release/bin/canyon); without it these tests are skipped, and say so.
+// The page as served by `canyon view`: HTTP, the probe, live epochs. CANYON names the program (default:
+// ../build-release/bin/canyon); without it these tests are skipped with a message.
 import Ajv from 'ajv';
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
@@ -16,7 +16,7 @@ const messages = async () => {
   const schema = JSON.parse(await readFile(join(root, 'viewer/schema.json'), 'utf8'));
   return new Ajv({ allowUnionTypes: true }).compile({ ...schema.definitions.message, definitions: schema.definitions });
 };
-/** In the page: an antenna where the first receiver is at epoch 12. */
+/** In the page: an antenna at the first receiver's position at epoch 12. */
 const putAtEpoch12 = () => {
   const { canyon } = window;
   const t = canyon.store.tracks[0];
@@ -37,7 +37,7 @@ before(async () => {
   rows = await csv(join(folder, 'satellites.csv'));
   server = await Running.start(['view', scenario, '--duration', '20', '--quiet']);
   s = await Session.open(server.address);
-  // A page may be there before the run's end: it stands at the newest epoch then.
+  // A page may be loaded before the run's end: then it shows the newest epoch.
   await s.page.waitForFunction(() => !canyon.store.header.live && canyon.store.loaded(0, 0));
   await s.run('canyon.goTo(0)');
 });
@@ -56,7 +56,7 @@ test('opens from the server: no complaint, and nothing asked of anybody else', {
 });
 
 test('an antenna where the receiver is has its sky', { skip }, async () => {
-  // Epoch 12, with no height above the antenna's own place.
+  // Epoch 12, with no height above the antenna's own position.
   await s.run(putAtEpoch12);
   await s.page.waitForFunction(() => canyon.state.receiver === 1);
   const shown = await s.run(() => canyon.store.satellites(1, 0).map((r) => [canyon.store.header.satellites[r.satellite].id,
@@ -68,7 +68,7 @@ test('an antenna where the receiver is has its sky', { skip }, async () => {
     assert.ok(Math.abs(((azimuth - Number(expected[i].azimuth_deg) + 540) % 360) - 180) < 2e-5, id);
     assert.ok(Math.abs(elevation - Number(expected[i].elevation_deg)) < 1e-5, id);
   });
-  // Its ways are those of the drive, to the last column; heights about 0 have either sign.
+  // Its paths are those of the drive, in all columns; heights near 0 have either sign.
   const paths = (receiver, epoch) => s.run(([r, e]) => canyon.store.satellites(r, e).map((row) => row.paths.map((p) =>
     [p.kind, p.order, p.excess_m, p.point?.map((x) => Math.round(x) + 0)])), [receiver, epoch]);
   assert.deepEqual(await paths(1, 0), await paths(0, 12));
@@ -144,7 +144,7 @@ test('Shift+click and P put an antenna above what is clicked', { skip }, async (
 test('what is wrong with a question is said', { skip }, async () => {
   await s.run(() => window.canyon.probe.put([1e6, 0, 0]));
   await s.page.waitForFunction(() => document.getElementById('toast').classList.contains('shown'));
-  assert.match(await s.text('#toast'), /'east_m' is 1000000; it runs from/);
+  assert.match(await s.text('#toast'), /'east_m' is 1000000; give a value from/);
   await s.page.keyboard.press('Escape');
 });
 
@@ -224,12 +224,12 @@ test('antennas can be put in a validation whose scenario is given', { skip }, as
     await page.page.waitForFunction(() => canyon.store.loaded(0, 0));
     await page.run(putAtEpoch12);
     await page.page.waitForFunction(() => canyon.state.receiver === 2);
-    // Whichever side was chosen, it is the simulated receiver that is put.
+    // For either selected side, the simulated receiver is put.
     assert.match(await page.run('canyon.store.header.receivers[2].name'), /put as simulated/);
     const seen = (receiver, epoch) => page.run(([r, e]) => canyon.store.satellites(r, e).map((row) =>
       ({ id: canyon.store.header.satellites[row.satellite].id, direct: row.paths.some((p) => p.kind === 0), paths: row.paths.length })), [receiver, epoch]);
     const put = await seen(2, 0);
-    // The recording's first epoch lies nanoseconds before the truth: the view begins with the second.
+    // The recording's first epoch is nanoseconds before the truth: the view begins with the second.
     const tow = [...new Set(rows.map((r) => r.gps_tow))][13];
     assert.deepEqual(put.map((one) => one.id), rows.filter((r) => r.gps_tow === tow).map((r) => r.sat));
     const simulated = await seen(1, 12);

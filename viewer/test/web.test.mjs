@@ -1,4 +1,4 @@
-// Canyon in one page (./run web): the module in Node beside the native program, and the page in a headless Chromium.
+// Canyon in one page (./run web): the module in Node compared with the native program, and the page in a headless Chromium.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { existsSync } from 'node:fs';
@@ -16,7 +16,7 @@ const withoutModule = existsSync(glue) && existsSync(page) ? false : 'SKIPPED: n
 if (withoutModule) console.error(withoutModule);
 
 const kDemo = join(root, 'examples/synthetic_drive.yaml');
-/** A hall of 20 m in the way of a 200 m drive, as OBJ, and its drive as GPX. */
+/** A hall of 20 m on the path of a 200 m drive, as OBJ, and its drive as GPX. */
 const kObj = ['v 10 -30 0', 'v 50 -30 0', 'v 50 -10 0', 'v 10 -10 0', 'v 10 -30 20', 'v 50 -30 20', 'v 50 -10 20', 'v 10 -10 20',
   'f 5 6 7 8', 'f 1 2 6 5', 'f 2 3 7 6', 'f 3 4 8 7', 'f 4 1 5 8', ''].join('\n');
 const kGpx = `<?xml version="1.0"?><gpx version="1.1"><trk><trkseg>${Array.from({ length: 41 }, (_, i) =>
@@ -77,7 +77,7 @@ describe('the module in Node', { skip: withoutModule || withoutProgram }, () => 
     module.FS.writeFile('city.canyon', Buffer.from('CANYON\0broken bytes'));
     assert.match(ask({ do: 'new', files: ['city.canyon'] }).error, /city\.canyon/);
     module.FS.writeFile('map.osm', '<osm version="0.6"></osm>');
-    assert.match(ask({ do: 'new', files: ['map.osm'] }).error, /not read in a page; make a city/);
+    assert.match(ask({ do: 'new', files: ['map.osm'] }).error, /cannot be read in a page; build a city/);
     module.FS.writeFile('scenario.yaml', await readFile(kDemo));
     assert.equal(ask({ do: 'run', seconds: 1 }).error, undefined);
   });
@@ -155,7 +155,7 @@ describe('the page', { skip: withoutModule || withoutChromium }, () => {
     assert.deepEqual(s.complaints, []);
   });
 
-  /** What the page says once it has shown as many more views. */
+  /** The page's status after it has shown this number of further views. */
   const once = async (views, action) => {
     const before = await s.page.evaluate(() => Number(document.body.dataset.shown));
     await action();
@@ -198,14 +198,14 @@ describe('the page', { skip: withoutModule || withoutChromium }, () => {
     await s.page.click('#draw');
     assert.equal(await label(), 'Stop drawing');
     await s.page.click('#draw');
-    assert.equal(await label(), 'Draw a way');
+    assert.equal(await label(), 'Draw a route');
     for (const escape of [() => s.page.keyboard.press('Escape'), async () => (await viewer()).press('body', 'Escape')]) {
       await s.page.click('#draw');
       await corner([0, 20, 0]);
       await corner([0, 40, 0]);
       await s.page.waitForFunction(() => document.getElementById('draw').textContent === 'Drive through 2 corners');
       await escape();
-      await s.page.waitForFunction(() => document.getElementById('draw').textContent === 'Draw a way');
+      await s.page.waitForFunction(() => document.getElementById('draw').textContent === 'Draw a route');
       assert.ok(await (await viewer()).evaluate(() => !document.getElementById('stage').classList.contains('putting') && !window.canyon.probe.active));
     }
   });

@@ -14,7 +14,7 @@ import time
 
 import yaml
 
-PROGRAM = os.path.splitext(os.path.basename(sys.argv[0]))[0]    # begins messages
+PROGRAM = os.path.splitext(os.path.basename(sys.argv[0]))[0]    # prefix of messages
 WGS84_A, WGS84_E2 = 6378137.0, 6.69437999014e-3
 
 
@@ -27,7 +27,7 @@ def headline(text):
 
 
 class Children:
-    """Programs that end with us, whatever happens: by their process id, kindly first."""
+    """Programs that always end with this one: by their process id, first with a gentle signal."""
 
     def __init__(self, folder):
         self.folder, self.running = folder, []
@@ -59,7 +59,7 @@ class Children:
 
 
 def put_first(variable, *folders):
-    """Puts folders in front of a path of the environment, each once: Gazebo complains of messages that it reads twice."""
+    """Prepends folders to a path of the environment, each once: Gazebo warns about messages that it reads twice."""
     every = (*folders, *os.environ.get(variable, "").split(os.pathsep))
     os.environ[variable] = os.pathsep.join(dict.fromkeys(filter(None, every)))
 
@@ -87,8 +87,8 @@ def free_port():
 
 
 class Truth:
-    """Where the car is: rows of GPS week, tow [s], latitude, longitude [deg], height [m]. Times count from `begin_s` into
-    the drive; without one from shortly before the car first moves."""
+    """The car's position: rows of GPS week, tow [s], latitude, longitude [deg], height [m]. Times count from `begin_s` of
+    the drive; by default from shortly before the car first moves."""
 
     def __init__(self, path, begin_s):
         with open(path) as file:
@@ -115,7 +115,7 @@ class Truth:
         return [a + part * (b - a) for a, b in zip(self.places[after - 1], self.places[after])]
 
     def error(self, seconds, latitude_deg, longitude_deg, height_m):
-        """Fix minus truth, east, north, up [m]: with the radii of curvature there, good to 0.1 % within 10 km."""
+        """Fix minus truth, east, north, up [m]: with the local radii of curvature, accurate to 0.1 % within 10 km."""
         latitude, longitude, height = self.at(seconds)
         sine = math.sin(math.radians(latitude))
         normal = WGS84_A / math.sqrt(1 - WGS84_E2 * sine * sine)
@@ -125,7 +125,7 @@ class Truth:
 
 
 def elements(value):
-    """YAML as elements: a mapping nests, a list repeats."""
+    """YAML as elements: a mapping is nested, a list repeated."""
     text = ""
     for key, item in value.items():
         for one in item if isinstance(item, list) else [item]:
@@ -135,7 +135,7 @@ def elements(value):
 
 
 def write_world(folder, truth, vehicle, words, systems=""):
-    """The prepared city of `folder` with the vehicle of a template in it, its words between @ replaced; `systems` are
+    """The prepared city of `folder` with the vehicle of a template, words between @ replaced; `systems` are
     further elements of the world. Returns the file's path."""
     name = os.path.basename(folder.rstrip("/"))
     trajectory = os.path.join(folder, "drive.csv")
@@ -167,16 +167,16 @@ def arguments_of(usage):
 
 
 class FixTable:
-    """Fixes, once a second of simulated time, with their errors."""
+    """Fixes, once per second of simulated time, with their errors."""
 
     def __init__(self, topic, truth):
         self.truth = truth
-        headline(f"{topic}, once a second (errors: fix minus truth)")
+        headline(f"{topic}, once per second (errors: fix minus truth)")
         say(f"{'time [s]':>8}  {'latitude':>11}  {'longitude':>11}  {'height [m]':>10}  {'received':>8}  {'blocked':>7}"
             f"  {'sigma [m]':>9}  {'east [m]':>8}  {'north [m]':>9}  {'up [m]':>8}")
 
     def row(self, seconds, received, blocked, fix):
-        """`fix`: latitude, longitude [deg], height [m], horizontal sigma [m]; None: there is none."""
+        """`fix`: latitude, longitude [deg], height [m], horizontal sigma [m]; None: no fix."""
         line = f"{seconds:8.1f}  "
         tally = f"{received:8d}  {blocked:7d}  "
         if fix is None:

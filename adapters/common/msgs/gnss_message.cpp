@@ -10,7 +10,7 @@ namespace {
 
 using geodesy::degrees;
 
-/// A message's constant for a value of the engine's enumeration, whose order the constants have.
+/// A message's constant for a value of the engine's enumeration; both have the same order.
 template <class Code, class Enum, std::size_t N>
 Code code_of(Enum value, const Code (&codes)[N]) {
   const auto place = static_cast<std::size_t>(value);
@@ -221,7 +221,7 @@ void fill_gnss_message(const ReceiverIdentity& identity, const live::ReceiverRep
   message.set_blocked(static_cast<std::uint32_t>(seen.blocked));
   const Eigen::Matrix3d world_from_enu =
       Eigen::AngleAxisd(report.world_yaw_from_enu_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  // Both lists ascend by id.
+  // Both lists are in ascending order of id.
   auto view = report.step->arrival.views.begin();
   const auto views_end = report.step->arrival.views.end();
   for (const auto& satellite : seen.satellites) {

@@ -10,21 +10,20 @@
 
 namespace canyon::adapters {
 
-/// `report` as a message; every field of `message` is written or cleared. The fields of msgs/gnss.proto say
-/// units, frames and what is absent when. Paths are those of report.step->arrival, points turned by
-/// world_yaw_from_enu_rad about the origin that world and ENU share.
+/// `report` as a message; every field of `message` is written or cleared. msgs/gnss.proto documents units,
+/// frames and conditions for absent fields. Paths are those of report.step->arrival; points are rotated by
+/// world_yaw_from_enu_rad about the common origin of world and ENU.
 void fill_gnss_message(const ReceiverIdentity& identity, const live::ReceiverReport& report,
                        msgs::GnssReceiver& message);
 
-/// Writes the receiver's solution as gz-sensors' NavSat sensor writes the truth: `message` is a
-/// gz.msgs.NavSat (or anything that has its functions). False, and `message` is as it was, where there is no
-/// fix with a velocity, or only a prediction (FixKind::DeadReckoning): the message can say none of it, and
-/// whoever reads it takes every one for a good 3D fix.
-/// @param frame_id name of the frame, as gz-sensors has it: the sensor's, "iris::base_link::gps"
-/// @param sequence of this sensor's messages, from 0
-/// Latitude and longitude in degrees (WGS 84), altitude [m] as the world's spherical_coordinates count it
-/// (the ellipsoid's, where <elevation> is), velocity [m/s] in the east-north-up of the antenna's place; the
-/// stamp is simulated time.
+/// Writes the receiver's solution in the format in which gz-sensors' NavSat sensor writes the truth:
+/// `message` is a gz.msgs.NavSat (or a type with its functions). False, with `message` unchanged, if there is
+/// no fix with a velocity, or only a prediction (FixKind::DeadReckoning): the message cannot express this,
+/// and readers treat every message as a good 3D fix.
+/// @param frame_id name of the frame, as in gz-sensors: the sensor's, "iris::base_link::gps"
+/// @param sequence of this sensor's messages, from 0 Latitude and longitude in degrees (WGS 84), altitude [m]
+/// as in the world's spherical_coordinates (ellipsoidal, like <elevation>), velocity [m/s] in east-north-up
+/// at the antenna; the stamp is simulated time.
 template <typename NavSat>
 [[nodiscard]] bool fill_navsat(const live::ReceiverReport& report, const std::string& frame_id,
                                std::uint64_t sequence, NavSat& message) {

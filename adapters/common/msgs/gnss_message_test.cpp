@@ -26,7 +26,7 @@ const msgs::GnssSatellite& satellite(const msgs::GnssReceiver& message, const st
   throw std::runtime_error("no satellite " + id);
 }
 
-/// Names of the fields, of every message within, that never have a value.
+/// Names of the fields, including nested messages, that never have a value.
 void note_fields(const google::protobuf::Message& message, std::set<std::string>& all,
                  std::set<std::string>& seen) {
   const auto& reflection = *message.GetReflection();
@@ -67,7 +67,7 @@ double clock_bias(const msgs::GnssReceiver& message, msgs::GnssSystem system) {
   return NAN;
 }
 
-// The columns of epochs.csv that the message has, and those that it lacks.
+// The columns of epochs.csv that are in the message, and those that are not.
 TEST(GnssMessage, SaysWhatItLacksOfEpochs) {
   using M = msgs::GnssReceiver;
   const test::Carried<M> carried{
@@ -158,7 +158,7 @@ TEST(GnssMessage, SaysWhatItLacksOfEpochs) {
   test::expect_carried(output::TableKind::Epochs, sample.step.epoch, message, carried, lacks);
 }
 
-// Week and second of the week stand in the message around it, residuals in the fix.
+// Week and second of the week are in the enclosing message, residuals in the fix.
 TEST(GnssMessage, SaysWhatItLacksOfSatellites) {
   using S = msgs::GnssSatellite;
   const test::Carried<S> carried{
@@ -191,7 +191,7 @@ TEST(GnssMessage, SaysWhatItLacksOfSatellites) {
                        lacks);
 }
 
-// Points are the city's where the world's axes are east and north.
+// Points are those of the city if the world's axes are east and north.
 TEST(GnssMessage, SaysWhatItLacksOfPaths) {
   using P = msgs::GnssPath;
   static const auto of = [](const P& p) {
@@ -331,11 +331,11 @@ TEST(GnssMessage, CarriesSatellitesAndTheirPaths) {
   EXPECT_NEAR(path.arrival_azimuth_rad(), 0.75, 1e-15);
   EXPECT_NEAR(path.arrival_elevation_rad(), 0.5, 1e-15);
   EXPECT_EQ(path.incidence_rad(), 0.625);
-  // (12, -34) turned by +0.5 rad about the vertical.
+  // (12, -34) rotated by +0.5 rad about the vertical.
   EXPECT_NEAR(path.reflection_point_world_m().x(), 12 * std::cos(0.5) + 34 * std::sin(0.5), 1e-12);
   EXPECT_NEAR(path.reflection_point_world_m().y(), 12 * std::sin(0.5) - 34 * std::cos(0.5), 1e-12);
   EXPECT_EQ(path.reflection_point_world_m().z(), 5.6);
-  // (-7.5, 21), likewise.
+  // (-7.5, 21), rotated too.
   EXPECT_NEAR(path.far_reflection_point_world_m().x(), -7.5 * std::cos(0.5) - 21 * std::sin(0.5), 1e-12);
   EXPECT_NEAR(path.far_reflection_point_world_m().y(), -7.5 * std::sin(0.5) + 21 * std::cos(0.5), 1e-12);
   EXPECT_EQ(path.far_reflection_point_world_m().z(), 9.25);
@@ -466,7 +466,7 @@ TEST(GnssMessage, HasNoPositionWithoutFixAndNothingButNamesWithoutTruth) {
   SampleReport sample(false);
   sample.step.epoch.placement = raytrace::Placement::UnderTerrain;
   msgs::GnssReceiver message;
-  fill_gnss_message(sample_identity(), good.report, message);  // leftovers must go
+  fill_gnss_message(sample_identity(), good.report, message);  // old values must be cleared
   fill_gnss_message(sample_identity(), sample.report, message);
   EXPECT_EQ(message.state(), msgs::GnssReceiver::NO_FIX);
   EXPECT_EQ(message.reason(), "too few satellites");

@@ -21,7 +21,7 @@ using options::Visitor;
 
 struct DriveElements {
   std::optional<std::filesystem::path> file;
-  std::string format;  ///< empty: told by the file
+  std::string format;  ///< empty: detected from the file
   std::optional<GpsTime> start;
   std::vector<Vector3d> waypoints;
   simulation::VehicleDrive::WaypointOptions legs;
@@ -44,21 +44,21 @@ Vector3d to_vector(const Visitor& v, std::string_view key, const std::string& te
   return result;
 }
 
-// A path is a file's or that of waypoints.
+// A path is from a file or from waypoints.
 void check_kind(const Visitor& v) {
   const bool file = v.has("trajectory");
   if (!file && !v.has("waypoint")) {
-    throw v.fault({}, "there is neither a path nor a place",
-                  "give a <trajectory> file, or one <waypoint>x y z</waypoint> or more");
+    throw v.fault({}, "there is neither a path nor a position",
+                  "give a <trajectory> file, or at least one <waypoint>x y z</waypoint>");
   }
   const auto belongs = [&](std::initializer_list<const char*> keys, const char* problem, const char* cure) {
     for (const char* key : keys)
       if (v.has(key)) throw v.fault(key, problem, cure);
   };
   if (file)
-    belongs({"speed_mps", "hold_s"}, "it belongs to waypoints", "remove it: the file has the times");
+    belongs({"speed_mps", "hold_s"}, "applies only to waypoints", "remove it: the times are in the file");
   else
-    belongs({"format", "start"}, "it belongs to a <trajectory>", "remove it: waypoints begin at time 0");
+    belongs({"format", "start"}, "applies only to a <trajectory>", "remove it: waypoints begin at time 0");
 }
 
 void visit(Visitor& v, DriveElements& o) {
@@ -68,31 +68,31 @@ void visit(Visitor& v, DriveElements& o) {
   std::optional<std::string> offset;
   v.one_of({"trajectory", "waypoint"});
   if (v.reads()) check_kind(v);
-  v.file(
-      {"trajectory", "",
-       "file of geodetic positions, as in a scenario; placed by the world's `spherical_coordinates`, heading "
-       "included"},
-      o.file);
-  v.word({"format", "", "[formats](../scenario.md)", "told by the file's content"}, o.format, formats);
+  v.file({"trajectory", "",
+          "file of geodetic positions, as in a scenario; georeferenced by the world's "
+          "`spherical_coordinates`, heading "
+          "included"},
+         o.file);
+  v.word({"format", "", "[formats](../scenario.md)", "detected from the file's content"}, o.format, formats);
   simulation::visit_start(v, o.start);
-  v.texts({"waypoint", "m",
-           "x y z in the world's frame, instead of a file; as many as one likes, joined by straight legs"},
-          waypoints);
+  v.texts(
+      {"waypoint", "m", "x y z in the world's frame, instead of a file; repeatable, joined by straight legs"},
+      waypoints);
   for (const std::string& text : waypoints) o.waypoints.push_back(to_vector(v, "waypoint", text));
   v.number({"speed_mps", "m/s", "along the legs"}, o.legs.speed_mps, {1e-6, 1e5});
   v.number({"hold_s", "s", "time at rest at each waypoint"}, o.legs.hold_s, {0, 1e8});
-  v.boolean({"loop", "", "from the last waypoint straight back to the first; a file starts again at its end"},
+  v.boolean({"loop", "", "from the last waypoint straight back to the first; a file restarts at its end"},
             o.legs.loop);
-  v.boolean(
-      {"heading", "", "the model looks in the direction of travel, level; false: it keeps its attitude"},
-      o.heading);
+  v.boolean({"heading", "",
+             "the model is level and heads in the direction of travel; false: it keeps its attitude"},
+            o.heading);
   v.text({"offset_m", "m", "the model's origin from the path: forward, left, up", "0 0 0"}, offset);
   if (offset) o.offset_m = to_vector(v, "offset_m", *offset);
 }
 
 simulation::VehicleDrive along_file(const PluginElements& elements, const DriveElements& given,
                                     const geodesy::LocalFrame& world, std::vector<std::string>& warnings) {
-  // A file that only counts seconds begins at the world's time 0, whatever the date is.
+  // A file with relative times in seconds begins at the world's time 0, for any date.
   const GpsTime zero = given.start.value_or(GpsTime::from_week(2000, 0));
   const auto read = simulation::read_trajectory_file(*given.file, given.format, zero);
   for (std::string& line : read.report.warnings()) warnings.push_back(std::move(line));

@@ -80,15 +80,15 @@ TEST_F(DriveElementTest, NamesElementAndCure) {
   const std::string file = "<trajectory>ok.csv</trajectory>";
   const std::string place = "<waypoint>0 0 0</waypoint>";
   const std::vector<std::pair<std::string, std::string>> cases = {
-      {"", "give a <trajectory> file, or one <waypoint>"},
+      {"", "give a <trajectory> file, or at least one <waypoint>"},
       {file + place, "<waypoint>: conflicts with 'trajectory'; keep one of trajectory or waypoint"},
       {"<trajectory>none.csv</trajectory>", "there is no file 'none.csv'"},
       {"<trajectory>broken.csv</trajectory>", "broken.csv:3"},
       {file + "<format>igc</format>", "<format>"},
       {file + "<start>yesterday</start>", "<start>"},
       {file + "<start><week>2312</week></start>", "<start>: 'tow' is missing; give week and tow"},
-      {file + "<speed_mps>3</speed_mps>", "belongs to waypoints"},
-      {place + "<format>csv</format>", "belongs to a <trajectory>"},
+      {file + "<speed_mps>3</speed_mps>", "applies only to waypoints"},
+      {place + "<format>csv</format>", "applies only to a <trajectory>"},
       {place + "<speed_mps>fast</speed_mps>", "<speed_mps>"},
       {place + "<speed_mps>0</speed_mps>", "<speed_mps>"},
       {place + "<loop>often</loop>", "<loop>"},

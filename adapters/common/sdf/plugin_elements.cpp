@@ -16,7 +16,7 @@ using options::Key;
 using options::Node;
 using options::Type;
 
-// Turns "noise.enabled" into "<noise><enabled>".
+// Converts "noise.enabled" to "<noise><enabled>".
 std::string tag_of(std::string_view path) {
   std::string tag;
   for (const std::string_view name : split(path, '.')) tag += fmt::format("<{}>", name);
@@ -28,7 +28,7 @@ std::string text_of(const sdf::ElementPtr& element) {
   return value ? std::string(trim(value->GetAsString())) : "";
 }
 
-// Models of PX4 and ROS have empty elements for the default.
+// Models of PX4 and ROS use empty elements for the default.
 bool may_be_empty(std::string_view path) {
   return path == "robotNamespace" || path == "ros.namespace";
 }
@@ -76,15 +76,14 @@ void PluginElements::convert(const sdf::ElementPtr& parent, const std::string& p
     }
     const bool section = !inside.empty() && (has_children || (!leaf && text.empty()));
     if (section && !text.empty())
-      throw error(tag, fmt::format("the text '{}' is beside elements", text), "remove it");
-    // A word in place of a section switches it: options::Reader.
+      throw error(tag, fmt::format("the text '{}' is next to elements", text), "remove it");
+    // A word instead of a section switches it: options::Reader.
     const bool has_switch = std::find(inside.begin(), inside.end(), "enabled") != inside.end();
     if (!section && !leaf && !has_switch) {
-      throw error(tag, fmt::format("the text '{}' is where elements belong", text),
+      throw error(tag, fmt::format("has the text '{}' instead of elements", text),
                   fmt::format("put one of these inside: <{}>", fmt::join(inside, ">, <")));
     }
-    if (!section && has_children)
-      throw error(tag, "has elements inside where one value belongs", "write the value alone");
+    if (!section && has_children) throw error(tag, "has elements instead of a value", "write only the value");
     if (!section && text.empty()) {
       if (may_be_empty(child_path)) continue;
       throw error(tag, "has no value", "write one between its tags, or remove it");
@@ -93,7 +92,7 @@ void PluginElements::convert(const sdf::ElementPtr& parent, const std::string& p
     const auto earlier = std::find_if(to.entries.begin(), to.entries.end(),
                                       [&](const Node::Entry& entry) { return entry.key == name; });
     if (earlier != to.entries.end()) {
-      if (!list) throw error(tag, "is given twice", section ? "put what is in both into one" : "keep one");
+      if (!list) throw error(tag, "is given twice", section ? "merge the two" : "keep one");
       earlier->value.items.push_back(options::scalar_node(text));
       continue;
     }
@@ -129,7 +128,7 @@ void PluginElements::warn_unknown(const std::string& name, const std::string& pa
     return;
   }
   std::string meant;
-  for (const Key& key : known_) {  // the right name in the wrong place
+  for (const Key& key : known_) {  // the right name in the wrong section
     const std::string_view last = std::string_view(key.path).substr(key.path.find_last_of('.') + 1);
     if (meant.empty() && last == name) meant = tag_of(key.path);
   }
@@ -143,7 +142,7 @@ void PluginElements::warn_unknown(const std::string& name, const std::string& pa
 }
 
 void PluginElements::warn_replaced() {
-  std::vector<std::pair<std::string, std::string>> lines;  // tags and their cure
+  std::vector<std::pair<std::string, std::string>> lines;  // tags and their hint
   for (const auto& [path, tag] : replaced_) {
     const std::string& cure = document_.replaced.at(path);
     const auto same =
@@ -193,8 +192,8 @@ Document PluginElements::document(const std::vector<std::filesystem::path>& fold
     std::string places;
     for (const auto& candidate : looked) places += (places.empty() ? "" : ", ") + candidate.string();
     throw place.error(
-        fmt::format("there is no file '{}'; looked for {}", name, places.empty() ? "it nowhere" : places),
-        fmt::format("give a path from the folder of the file that contains the plugin, an absolute one, or "
+        fmt::format("there is no file '{}'; searched: {}", name, places.empty() ? "nowhere" : places),
+        fmt::format("give a path relative to the folder of the file with the plugin, an absolute path, or "
                     "add its folder to {} (package://: ROS_PACKAGE_PATH)",
                     resources.variables));
   };

@@ -15,28 +15,27 @@
 
 namespace canyon::adapters {
 
-/// The children of a plugin element as a tree of settings, for a list of fields to read. InputErrors name
-/// plugin and element as its author wrote it: "plugin 'gnss': <noise><enabled>: ...".
+/// The children of a plugin element as a tree of settings, read by a list of fields. InputErrors name plugin
+/// and element as written in the file: "plugin 'gnss': <noise><enabled>: ...".
 class PluginElements {
  public:
   /// `known`: every element by its dotted path ("noise.enabled"); those of several texts or files may be
-  /// repeated. Others become warnings, with the cures of Description::replaced, and so do attributes, but a
-  /// plugin's name and file and those with a namespace. Throws InputError for an element that is given twice
-  /// and may not, is empty, or has text where elements belong or the other way round.
+  /// repeated. Unknown elements become warnings, with the hints of Description::replaced; so do attributes,
+  /// except a plugin's name and file and those with a namespace. Throws InputError for an element that is
+  /// repeated without permission, is empty, or has text instead of elements or vice versa.
   PluginElements(const sdf::ElementPtr& plugin, std::string plugin_name, const options::Description& known);
 
   [[nodiscard]] bool has(std::string_view path) const { return root_.find_path(path) != nullptr; }
-  /// Whether an element of Description::replaced stands there.
+  /// Whether an element of Description::replaced is present.
   [[nodiscard]] bool has_replaced(std::string_view path) const;
-  /// The text of an element right below the plugin's, which is then gone.
+  /// Removes a child element of the plugin and returns its text.
   [[nodiscard]] std::optional<std::string> take(const std::string& name);
-  /// Adds an element that another one, `tag`, gives.
+  /// Adds an element derived from another one, `tag`.
   void put(std::string_view path, const std::string& text, const std::string& tag);
-  /// The same, unless the element stands there, or a word in place of its section.
+  /// The same, unless the element is present, or a word instead of its section.
   void put_default(std::string_view path, const std::string& text, const std::string& tag);
 
-  /// Has visit(Visitor&, Options&) read the elements. Names of files belong to `folders`, then to
-  /// `resources`.
+  /// Has visit(Visitor&, Options&) read the elements. Files are searched in `folders`, then in `resources`.
   template <typename Options>
   void read(Options& options, const std::vector<std::filesystem::path>& folders,
             const ResourcePaths& resources) const {
@@ -46,7 +45,7 @@ class PluginElements {
   /// `tag`: "<noise><enabled>"
   [[nodiscard]] InputError error(const std::string& tag, std::string_view problem,
                                  std::string_view cure) const;
-  /// Elements of unknown name, a line each, then those that are replaced, a line for each cure.
+  /// Elements of unknown name, a line each, then replaced elements, one line for each hint.
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
@@ -63,7 +62,7 @@ class PluginElements {
   options::Document document_;
   options::Node root_;
   std::vector<std::string> tags_;                              // by the "line" of a node, from 1
-  std::vector<std::pair<std::string, std::string>> replaced_;  // paths and tags, in their order
+  std::vector<std::pair<std::string, std::string>> replaced_;  // paths and tags, in order
   std::vector<std::string> warnings_;
 };
 

@@ -18,30 +18,31 @@ using options::Key;
 struct OtherName {
   const char* name;
   const char* path;
-  const char* effect = "";  // besides
+  const char* effect = "";  // additional
 };
 constexpr OtherName kOtherNames[] = {
     {"satNum", "sky.frozen.satNum"},
     {"satAzimuth", "sky.frozen.satAzimuth",
-     ", with blanks between; makes the profile paper, and on a ray sensor the physics engine, the default"},
-    {"satElevation", "sky.frozen.satElevation", ", with blanks between"},
-    {"disableNoise", "noise.enabled", ", turned round"},
+     ", separated by blanks; the default becomes profile paper and, on a ray sensor, the physics engine"},
+    {"satElevation", "sky.frozen.satElevation", ", separated by blanks"},
+    {"disableNoise", "noise.enabled", ", inverted"},
     {"frameName", "frame_id"},
     {"robotNamespace", "ros.namespace"},
     {"gpsNoise", "noise.enabled"},
     {"update_rate", "rate_hz"},
 };
 
-// Elements of other plugins that users exchange for this one, and what takes their place.
+// Elements of other plugins that are replaced by this one, and their replacements.
 struct Foreign {
   const char* name;
   const char* cure;
 };
 constexpr const char* kPx4Noise =
-    "<noise><sigma_m_per_sqrt_s> and <noise><theta_per_s> shape the noise of pseudoranges here, "
-    "<noise><doppler_sigma_hz> that of velocity";
+    "<noise><sigma_m_per_sqrt_s> and <noise><theta_per_s> set the noise of pseudoranges here, "
+    "<noise><doppler_sigma_hz> the noise of velocity";
 constexpr const char* kPx4Home =
-    "the world's spherical_coordinates, or <origin_latitude>, <origin_longitude> and <origin_altitude>, say "
+    "the world's spherical_coordinates, or <origin_latitude>, <origin_longitude> and <origin_altitude>, "
+    "define "
     "the origin here";
 constexpr Foreign kPx4[] = {
     {"gpsXYRandomWalk", kPx4Noise},  {"gpsZRandomWalk", kPx4Noise},     {"gpsXYNoiseDensity", kPx4Noise},
@@ -51,10 +52,10 @@ constexpr Foreign kPx4[] = {
 constexpr Foreign kPrototypes[] = {
     {"offsetTopicName", "the offsets are in range_offset of the ROS topic gnss_multipath"},
     {"satRayTopicName", "<visuals><rays>true</rays></visuals> shows the rays"},
-    {"errorScale", "errors are in metres as they are; <visuals><bubble_scale> scales what is shown of them"},
+    {"errorScale", "errors are in metres, unscaled; <visuals><bubble_scale> scales their display"},
 };
 
-// Keys with another default or meaning in a plugin than in a file.
+// Keys whose default or meaning in a plugin differs from that in a file.
 struct Difference {
   const char* path;
   const char* default_value;
@@ -62,11 +63,11 @@ struct Difference {
 };
 constexpr Difference kDifferences[] = {
     {"start", "the machine's time when the world's first receiver is loaded",
-     "time at simulated time 0: 2019-04-28T12:58:03Z, or with ' GPST' behind it"},
+     "time at simulated time 0: 2019-04-28T12:58:03Z, or with ' GPST' appended"},
     {"rate_hz", "the sensor's update_rate, 10 without one", "epochs per second of simulated time"},
     {"name", "by model, link and plugin", "names the receiver and its noise"},
     {"lever_arm.forward_m", "0",
-     "antenna from the sensor's, or the link's, origin: ahead, turned with its attitude"},
+     "antenna from the sensor's, or the link's, origin: ahead, rotated with its attitude"},
     {"profile", "ublox-m10; paper with satAzimuth"},
 };
 
@@ -95,7 +96,7 @@ bool is_for_px4(const PluginElements& elements) {
                      [&](const Foreign& foreign) { return elements.has_replaced(foreign.name); });
 }
 
-// Other texts are left for the reader to refuse.
+// The reader rejects other texts.
 std::string turned_round(const std::string& text) {
   const std::string small = lower_case(text);
   if (small == "true" || small == "1") return "false";
@@ -128,7 +129,7 @@ void put_noise(const sdf::ElementPtr& sensor, PluginElements& elements, std::vec
     elements.put_default(path, "false", "<noise>");
   if (!elements.has("gpsNoise") && !elements.has("disableNoise"))
     elements.put_default("noise.enabled", "false", "<noise>");
-  if (more) warnings.emplace_back("of the sensor's own <noise> only <stddev> is used: errors have no mean");
+  if (more) warnings.emplace_back("only <stddev> of the sensor's own <noise> is used: errors have no mean");
 }
 
 }  // namespace
@@ -137,9 +138,9 @@ void check_sensor(const sdf::ElementPtr& sensor, const std::string& name) {
   if (!sensor->HasElement("canyon")) return;
   const sdf::ElementPtr own = sensor->GetElement("canyon");
   if (own->GetNextElement("canyon"))
-    throw InputError(name + ": <canyon> is given twice in <sensor>", "put what is in both into one");
+    throw InputError(name + ": <canyon> is given twice in <sensor>", "merge the two");
   if (own->HasElement("serve"))
-    throw InputError(name + ": <serve> is inside <canyon>", "it belongs in the system's <plugin>");
+    throw InputError(name + ": <serve> is inside <canyon>", "move it to the system's <plugin>");
 }
 
 std::string frame_of(const sdf::ElementPtr& sensor, const std::string& otherwise) {
@@ -179,7 +180,7 @@ HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPl
   if (!elements.has("profile")) put_noise(place.sensor, elements, settings.warnings);
   std::vector<std::filesystem::path> folders;
   if (!place.folder.empty()) folders.push_back(place.folder);
-  // A model may bring its files along. Elements that come from no file have no absolute path.
+  // A model may include its files. Elements that are not from a file have no absolute path.
   const std::filesystem::path own(element ? element->FilePath() : "");
   if (own.is_absolute()) {
     folders.push_back(own.parent_path());

@@ -11,36 +11,36 @@
 
 namespace canyon::adapters {
 
-/// The place of a plugin, which decides defaults.
+/// The context of a plugin, which determines defaults.
 struct PluginPlace {
   bool on_ray_sensor = false;
   std::string name;  ///< for messages: "plugin 'gnss' of model 'car'"
-  /// Relative paths belong to it; then to the folder of the file that the element was read from (the world's,
-  /// or an included model's), then to Gazebo's resource paths. May be empty.
+  /// Folder of relative paths; searched next are the folder of the element's file (the world's or an included
+  /// model's) and Gazebo's resource paths. May be empty.
   std::filesystem::path folder;
   ResourcePaths resources = {};
-  /// The <sensor> of type navsat or gps that carries it; null: another, or none.
+  /// The <sensor> of type navsat or gps with the plugin; null: another type, or none.
   sdf::ElementPtr sensor = {};
 };
 
 /// Reads a plugin element. The paper's satNum, satAzimuth, satElevation become sky.frozen, disableNoise
 /// becomes noise.enabled, frameName frame_id. Warnings name unknown elements, with the closest known one, and
-/// elements of other plugins. Defaults are the paper's where its satAzimuth is given: the profile paper, and
-/// on a ray sensor the physics engine. Where no profile is named, the standard deviations of the sensor's own
-/// <noise> [m], [m/s] become fix_noise, and the receiver's other errors in the open are off, as far as
-/// elements do not say otherwise: what buildings do stays that of the default profile. Throws InputError,
-/// whose text names place.name, the element as it was written ("<noise><enabled>") and the cure, for a wrong
-/// value, an element that is given twice, a file that is not there, and ray_engine physics with the specular
-/// model. A null element has nothing but defaults.
+/// elements of other plugins. Defaults are the paper's if its satAzimuth is given: the profile paper, and on
+/// a ray sensor the physics engine. Without a profile, the standard deviations of the sensor's own <noise>
+/// [m], [m/s] become fix_noise, and the receiver's other errors in open sky are off unless elements set them;
+/// effects of buildings stay those of the default profile. Throws InputError, whose text names place.name,
+/// the element as it was written ("<noise><enabled>") and the hint, for a wrong value, a repeated element, a
+/// missing file, and ray_engine physics with the specular model. A null element has only defaults.
 [[nodiscard]] HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPlace& place);
 
 /// Throws InputError, whose text begins with `name`, for a <sensor> with two <canyon> elements, and for
-/// <serve> in one, which is the plugin's.
+/// <serve> in one, which belongs to the plugin.
 void check_sensor(const sdf::ElementPtr& sensor, const std::string& name);
-/// The <gz_frame_id> of a <sensor>, or ignition_frame_id; `otherwise` where it has neither.
+/// The <gz_frame_id> of a <sensor>, or ignition_frame_id; `otherwise` if it has neither.
 [[nodiscard]] std::string frame_of(const sdf::ElementPtr& sensor, const std::string& otherwise);
 
-/// `own` with those children of `defaults` whose names it does not have; either may be null. A new element.
+/// A new element: `own` plus those children of `defaults` whose names `own` does not have; either may be
+/// null.
 [[nodiscard]] sdf::ElementPtr with_defaults(const sdf::ElementPtr& own, const sdf::ElementPtr& defaults);
 
 /// One row per element for docs and tests, the fields first, then their other names.

@@ -30,7 +30,7 @@ using testing::Property;
 
 const std::filesystem::path kSource = canyon_source_dir;
 
-// The paper's listing, its children of the plugin element as they are printed there.
+// The paper's listing: the children of the plugin element as printed there.
 const std::string kPaper = R"(
     <ros>
         <namespace>/multipath</namespace>
@@ -43,7 +43,7 @@ const std::string kPaper = R"(
     <satElevation>0.78 0.32 1.02 0.90 0.47 0.26 1.09 0.38</satElevation>
 )";
 
-// A sensor out of a whole world, as Gazebo has it.
+// A sensor from a complete world, as in Gazebo.
 sdf::ElementPtr sensor(const std::string& children) {
   static const sdf::ElementPtr description = [] {
     auto sdf = std::make_shared<sdf::SDF>();
@@ -59,7 +59,7 @@ sdf::ElementPtr sensor(const std::string& children) {
   return sdf->Root()->GetElement("world")->GetElement("model")->GetElement("link")->GetElement("sensor");
 }
 
-// The element as Gazebo hands it to a plugin.
+// The element as passed to a plugin by Gazebo.
 sdf::ElementPtr plugin(const std::string& children) {
   return sensor("<plugin name='gnss' filename='libMultipathSensorPlugin.so'>" + children + "</plugin>")
       ->GetElement("plugin");
@@ -67,7 +67,7 @@ sdf::ElementPtr plugin(const std::string& children) {
 
 const std::string kName = "plugin 'gnss' of model 'car'";
 
-// Gazebo's resource paths by its environment.
+// Gazebo's resource paths from its environment.
 ResourcePaths gazebos_paths() {
   const auto paths = [](const char* variable) {
     std::vector<std::filesystem::path> folders;
@@ -85,7 +85,7 @@ HostSettings read(const std::string& children, bool on_ray_sensor = false,
   return read_plugin_settings(plugin(children), {on_ray_sensor, kName, folder, gazebos_paths()});
 }
 
-// The whole message of the error that reading ends with.
+// The complete message of the error thrown by reading.
 std::string error_of(const sdf::ElementPtr& element, const std::string& what) {
   try {
     (void)read_plugin_settings(element, {false, kName, {}, gazebos_paths()});
@@ -106,7 +106,7 @@ void write(const std::filesystem::path& path) {
   std::ofstream(path) << "x";
 }
 
-// Sets an environment variable while it lives.
+// Sets an environment variable during its lifetime.
 class Variable {
  public:
   Variable(const char* name, const std::string& value) : name_(name) {
@@ -154,7 +154,7 @@ TEST(HostSettings, DisableNoiseDisablesNoise) {
   EXPECT_TRUE(read("<disableNoise>false</disableNoise>").live.receiver().options.noise.enabled);
 }
 
-// The sensor's own noise, as SDFormat has it for <navsat> and <gps>.
+// The sensor's own noise, as in SDFormat for <navsat> and <gps>.
 TEST(HostSettings, TheSensorsOwnNoiseStandsForAProfile) {
   const auto read_on = [](const std::string& type, const std::string& children) {
     const auto noise = [](const std::string& deviation) {
@@ -190,7 +190,7 @@ TEST(HostSettings, TheSensorsOwnNoiseStandsForAProfile) {
 }
 
 TEST(HostSettings, ThePapersDefaultsGiveWay) {
-  // A plugin that is not on a ray sensor has no rays to take over.
+  // A plugin that is not on a ray sensor has no rays to use.
   EXPECT_EQ(read(kPaper, false).ray_engine, RayEngine::Embree);
   EXPECT_EQ(read(kPaper, false).live.receiver().propagation.model, propagation::Model::Mirror);
   const HostSettings specular = read(kPaper + "<propagation><model>specular</model></propagation>", true);
@@ -202,7 +202,7 @@ TEST(HostSettings, ThePapersDefaultsGiveWay) {
   const HostSettings phone = read(kPaper + "<profile>phone</profile>", true);
   EXPECT_TRUE(phone.live.receiver().options.signal.enabled);
   EXPECT_EQ(phone.ray_engine, RayEngine::Embree);
-  // The scenario's own words for the same satellites ask for nothing of the paper's.
+  // The scenario's own elements for the same satellites do not select the paper's defaults.
   const HostSettings frozen = read(
       "<sky><frozen><satAzimuth>1 2</satAzimuth><satElevation>0.5 0.6</satElevation></frozen></sky>", true);
   EXPECT_THAT(frozen.live.sky.frozen_azimuth_rad, ElementsAre(1, 2));
@@ -345,7 +345,7 @@ TEST(HostSettings, EveryElementOfTheScenario) {
   EXPECT_EQ(o.noise.doppler_sigma_hz, 0.6);
   EXPECT_TRUE(o.noise.drift_enabled);
   const propagation::PropagationOptions& p = live.receiver().propagation;
-  EXPECT_EQ(p.model, propagation::Model::Specular);  // beats the profile's
+  EXPECT_EQ(p.model, propagation::Model::Specular);  // overrides the profile's
   EXPECT_EQ(p.reflection_order, 0);
   EXPECT_EQ(p.max_range_m, 450);
   EXPECT_NEAR(degrees(p.max_incidence_rad), 80, 1e-12);
@@ -545,7 +545,7 @@ TEST(HostSettings, WhatASensorSaysOfCanyonIsChecked) {
 
 TEST(HostSettings, WrongValuesNamePluginElementAndCure) {
   const std::vector<Wrong> cases{
-      // The scenario's own checks, in the words of SDF.
+      // The scenario's own checks, with names of SDF.
       {"<noise><sigma_m_per_sqrt_s>-1</sigma_m_per_sqrt_s></noise>", "<noise><sigma_m_per_sqrt_s>",
        "-1 is out of range", "at least 0"},
       {"<min_satellites>x</min_satellites>", "<min_satellites>", "'x' is not a whole number", ""},
@@ -587,7 +587,7 @@ TEST(HostSettings, WrongValuesNamePluginElementAndCure) {
        "'sensor_msgs/PointCloud' is unknown", "known: sensor_msgs/LaserScan"},
       {"<pose_timeout_s>0</pose_timeout_s>", "<pose_timeout_s>", "0 is out of range", ""},
       {"<pose_timeout_s>nan</pose_timeout_s>", "<pose_timeout_s>", "'nan' is not a number", ""},
-      {"<pose_topic>/a b</pose_topic>", "<pose_topic>", "has blanks in it", ""},
+      {"<pose_topic>/a b</pose_topic>", "<pose_topic>", "contains blanks", ""},
       {"<publishers><nmea_port>65536</nmea_port></publishers>", "<publishers><nmea_port>",
        "65536 is out of range", "65535"},
       {"<publishers><stream>nmae=pty:</stream></publishers>", "<publishers><stream>", "nmae",
@@ -601,13 +601,15 @@ TEST(HostSettings, WrongValuesNamePluginElementAndCure) {
        "91 is out of range", "90"},
       {"<origin_latitude>91</origin_latitude>", "<origin_latitude>", "without latitude or longitude", "give"},
       {"<origin_altitude>5</origin_altitude>", "<origin_altitude>", "without latitude or longitude", "give"},
-      {"<ros><namespace>a-b</namespace></ros>", "<ros><namespace>", "'a-b' is not a namespace", "letters"},
+      {"<ros><namespace>a-b</namespace></ros>", "<ros><namespace>", "'a-b' is not a valid ROS namespace",
+       "letters"},
       {"<robotNamespace>a b</robotNamespace>", "<robotNamespace>", "'a b' is not a namespace", "letters"},
       {"<ros><remapping>fix=gps</remapping></ros>", "<ros><remapping>", "'fix=gps' is not a remapping",
        "FROM:=TO"},
-      {"<ros><remapping>fix:=</remapping></ros>", "<ros><remapping>", "'' is not a name of ROS", "letters"},
+      {"<ros><remapping>fix:=</remapping></ros>", "<ros><remapping>", "'' is not a valid ROS name",
+       "letters"},
       {"<ros><remapping>fix:=a</remapping><remapping>fix:=b</remapping></ros>", "<ros><remapping>",
-       "'fix' has a name already, 'a'", "keep one"},
+       "'fix' is already mapped to 'a'", "keep one"},
       // The shape of the element.
       {"<seed>1</seed><seed>1</seed>", "<seed>", "is given twice", "keep one"},
       {"<noise><mu_m>1</mu_m></noise><noise><enabled>1</enabled></noise>", "<noise>", "is given twice", ""},
@@ -619,10 +621,10 @@ TEST(HostSettings, WrongValuesNamePluginElementAndCure) {
        "conflicts with 'noise.enabled'", ""},
       {"<seed/>", "<seed>", "has no value", "between its tags"},
       {"<pose_topic>  </pose_topic>", "<pose_topic>", "has no value", "between its tags"},
-      {"<visuals>1</visuals>", "<visuals>", "the text '1' is where elements belong", "<rays>"},
+      {"<visuals>1</visuals>", "<visuals>", "has the text '1' instead of elements", "<rays>"},
       {"<noise>loud</noise>", "<noise>", "'loud' is neither true nor false", "write true"},
-      {"<noise>1<enabled>1</enabled></noise>", "<noise>", "the text '1' is beside elements", "remove it"},
-      {"<seed><value>1</value></seed>", "<seed>", "has elements inside", "value alone"},
+      {"<noise>1<enabled>1</enabled></noise>", "<noise>", "the text '1' is next to elements", "remove it"},
+      {"<seed><value>1</value></seed>", "<seed>", "has elements instead of a value", "only the value"},
   };
   for (const Wrong& wrong : cases) {
     const std::string what = error_of(wrong.children);
@@ -647,7 +649,7 @@ TEST(HostSettings, AnOriginWithoutAltitudeLiesOnTheEllipsoid) {
 }
 
 TEST(HostSettings, ValuesAreTextWhateverIsInThem) {
-  // Quotes, backslashes and colons mean something in YAML, and the scenario checks a name.
+  // Quotes, backslashes and colons have a meaning in YAML, and the scenario checks a name.
   EXPECT_THAT(error_of("<name>a: \"b\\</name>"), HasSubstr("<name>: 'a: \"b\\' cannot name a folder"));
   EXPECT_THAT(read("<satAzimuth>1\n\t 2</satAzimuth><satElevation>\n0.5 0.25\n</satElevation>")
                   .live.sky.frozen_azimuth_rad,
@@ -664,7 +666,7 @@ std::string tag_of(const options::Key& key) {
   return tag;
 }
 
-// A plugin of one element, without the slow way through a world's text.
+// A plugin of one element, made without parsing a world's text, which is slow.
 sdf::ElementPtr plugin(const options::Key& key, const std::string& value) {
   auto root = std::make_shared<sdf::Element>();
   sdf::ElementPtr parent = root;
@@ -685,8 +687,8 @@ TEST(PluginKeys, HoldEveryKeyOfALiveReceiver) {
 }
 
 TEST(PluginKeys, EveryElementOfTheTableIsRead) {
-  // An element that is known but that nothing reads would end in an error of the scenario's reader. A value
-  // that no element takes shows that each is checked; those that take any word are named.
+  // An element that is known but not read would cause an error of the scenario's reader. A value that no
+  // element accepts shows that each is checked; elements that accept any word are listed.
   const std::vector<std::string> any_word{"frame_id",      "pose_topic",      "topic",     "frameName",
                                           "ros.namespace", "robotNamespace",  "topicName", "name",
                                           "link",          "corrections.from"};
@@ -702,11 +704,11 @@ TEST(PluginKeys, EveryElementOfTheTableIsRead) {
   }
 }
 
-// An element refuses the same values as a receiver's key in YAML, and the message has the element's name.
+// An element rejects the same values as a receiver's key in YAML, and the message has the element's name.
 TEST(PluginKeys, RefuseWhatIsOutOfRange) {
   int refused = 0;
   for (const options::Key& key : plugin_keys()) {
-    // These need others beside them, which other tests give.
+    // These need other elements, which other tests have.
     bool alone = key.path != "sky.allow_stale";
     for (const char* one : {"satNum", "satAzimuth", "satElevation", "origin_", "start."}) {
       alone = alone && key.path.find(one) == std::string::npos;

@@ -29,8 +29,8 @@ namespace canyon::adapters {
 
 namespace {
 
-/// Calls `visit` with the shape that a geometry holds, of whatever class; false where it holds none, or one
-/// that this sdformat does not know.
+/// Calls `visit` with the shape of a geometry, of any class; false if it has none, or one unknown to this
+/// sdformat.
 template <class Visit>
 bool visit_shape(const sdf::Geometry& geometry, const Visit& visit) {
   const auto one = [&](const auto* shape) {
@@ -173,7 +173,7 @@ void add_shape(LinkShapes& link, const LinkShapes::Place& place, const sdf::Geom
   if (geometry.Type() == sdf::GeometryType::EMPTY) return;
   try {
     if (!visit_shape(geometry, Adder{link, place, files}))
-      link.leave_out(place, "rays do not meet its geometry");
+      link.leave_out(place, "rays cannot hit its geometry");
   } catch (const InputError& e) {
     link.leave_out(place, e.what());
   }

@@ -10,7 +10,7 @@
 
 #include "canyon/city/link_shapes.hpp"
 
-// Shapes of links that are described by sdformat's classes (12 and newer).
+// Shapes of links described by sdformat's classes (12 and newer).
 
 namespace canyon::adapters {
 
@@ -20,9 +20,9 @@ using city::MeshFile;
 using city::MeshNode;
 using city::Polyline;
 
-/// Reads and makes shapes by a host's own means. Names of files are as in SDF: `uri` may be
-/// relative to `sdf_file` (sdf::Mesh::FilePath()), which may be empty. Empty results: not found, or it cannot
-/// be read; an InputError says why.
+/// Reads and makes shapes with the host's functions. File names are as in SDF: `uri` may be
+/// relative to `sdf_file` (sdf::Mesh::FilePath()), which may be empty. Empty results: not found or
+/// unreadable; an InputError has the reason.
 class ShapeFiles {
  public:
   virtual ~ShapeFiles() = default;
@@ -32,7 +32,7 @@ class ShapeFiles {
                                                         const std::vector<Polyline>& polylines,
                                                         double height) = 0;
   /// Heights scaled to `size_z` [m], the third number of SDF's <size>. HeightGrid's size and position may
-  /// stay empty: the geometry says them.
+  /// stay empty: they are taken from the geometry.
   [[nodiscard]] virtual std::optional<HeightGrid> heights(const std::string& uri, const std::string& sdf_file,
                                                           double size_z) = 0;
 };
@@ -46,8 +46,7 @@ void add_shape(LinkShapes& link, const LinkShapes::Place& place, const sdf::Geom
 /// null: Unknown.
 [[nodiscard]] city::Material material_of(const sdf::Material* material);
 
-/// Changes where the kind, size, scale, mesh or place of a shape changes. Contents of files are not looked
-/// at.
+/// Changes if the kind, size, scale, mesh or pose of a shape changes. Ignores contents of files.
 [[nodiscard]] std::uint64_t fingerprint(const sdf::Geometry& geometry,
                                         const Eigen::Isometry3d& link_from_shape);
 

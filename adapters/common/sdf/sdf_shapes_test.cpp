@@ -27,7 +27,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// A tetrahedron with legs of 1 m, as kCorner has it.
+/// A tetrahedron with legs of 1 m, as in kCorner.
 const MeshNode kNode{
     "wing", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}, {}};
 constexpr const char* kCorner =
@@ -95,7 +95,7 @@ class SdfShapes : public testing::Test {
   std::vector<std::string> notes_;
 };
 
-/// Canyon's own reader of worlds goes other ways: its XML, its mesh files.
+/// Canyon's own reader of worlds uses other code for XML and mesh files.
 TEST_F(SdfShapes, AreWhatTheImportOfTheWorldHas) {
   const std::string shapes =
       model("box", "1 2 3 0.1 0.2 0.3", "<box><size>2 4 6</size></box>") +

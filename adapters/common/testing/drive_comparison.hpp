@@ -14,11 +14,11 @@
 #include "canyon/base/text.hpp"
 #include "gnss.pb.h"
 
-// A drive in a simulator beside the same drive in `canyon simulate`, which wrote satellites.csv.
+// A drive in a simulator compared with the same drive in `canyon simulate`, which wrote satellites.csv.
 
 namespace canyon::test {
 
-/// A satellite at an instant, as satellites.csv of `canyon simulate` has it.
+/// A satellite at an instant, as in satellites.csv of `canyon simulate`.
 struct Seen {
   std::string visibility;
   double excess_m = 0;

@@ -10,7 +10,7 @@
 
 namespace canyon::test {
 
-/// The messages that a receiver published, in order. They come from any thread.
+/// The messages published by a receiver, in order. They arrive in any thread.
 class GnssLog {
  public:
   void add(const msgs::GnssReceiver& message) {

@@ -15,7 +15,7 @@ namespace canyon::test {
   return path;
 }
 
-/// A report put together by hand; what visuals do not read is left out.
+/// A manually made report with only the data used by visuals.
 struct Sky {
   simulation::LiveReceiver::Step step;
   live::ReceiverReport report;

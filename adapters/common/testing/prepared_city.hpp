@@ -11,7 +11,7 @@
 
 namespace canyon::test {
 
-/// The folder of a prepared city; empty where it was not prepared.
+/// The folder of a prepared city; empty if it was not prepared.
 inline std::filesystem::path prepared_city(const std::string& name) {
   const char* data = std::getenv("CANYON_GAZEBO_DATA");
   if (data == nullptr) return {};

@@ -7,8 +7,8 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 
-// A street from south to north between two walls, 20 m apart, with a car whose antenna stands 7 m from the
-// eastern and 13 m from the western wall, 2 m above the ground. Frozen satellites whose paths have closed
+// A street from south to north between two walls, 20 m apart, with a car whose antenna is 7 m from the
+// eastern and 13 m from the western wall, 2 m above the ground. Frozen satellites; their paths have closed
 // forms.
 
 namespace canyon::test {
@@ -16,9 +16,8 @@ namespace canyon::test {
 struct StreetSatellite {
   double azimuth_deg;
   double elevation_deg;
-  /// Excess path [m] of the specular and of the mirror model: 0 LOS, -1 blocked. A wall at distance h gives
-  /// 2 h cos(elevation) to both, where the reflection point sees the satellite above the opposite wall (30
-  /// m).
+  /// Excess path [m] of the specular and of the mirror model: 0 LOS, -1 blocked. A wall at distance h gives 2
+  /// h cos(elevation) to both, if the reflection point sees the satellite above the opposite wall (30 m).
   double specular_m;
   double mirror_m;
 };
@@ -34,7 +33,7 @@ inline const std::vector<StreetSatellite>& street_satellites() {
       {0, 30, 0, 0},                                               // along the street
       {180, 35, 0, 0},
       {10, 80, 0, 0},                         // above the roofs
-      {90, 20, -1, street_excess_m(13, 20)},  // the eastern wall hides it from the reflection point as well
+      {90, 20, -1, street_excess_m(13, 20)},  // the eastern wall also blocks it at the reflection point
       {355, 60, 0, 0},
       {185, 55, 0, 0},
   };

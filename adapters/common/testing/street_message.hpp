@@ -9,7 +9,7 @@
 
 namespace canyon::test {
 
-/// Visibility and excess path of every satellite of the street as its closed forms say.
+/// Visibility and excess path of every satellite of the street by the closed forms.
 inline void expect_street(const msgs::GnssReceiver& message, double StreetSatellite::*excess_m,
                           double tolerance_m) {
   ASSERT_EQ(static_cast<std::size_t>(message.satellites_size()), street_satellites().size());
@@ -18,7 +18,7 @@ inline void expect_street(const msgs::GnssReceiver& message, double StreetSatell
     const StreetSatellite& expected = street_satellites()[static_cast<std::size_t>(i)];
     const std::string which = "azimuth " + std::to_string(expected.azimuth_deg) + ", elevation " +
                               std::to_string(expected.elevation_deg);
-    // The antenna is a few metres off the origin that the angles are given for.
+    // The antenna is a few metres from the origin, for which the angles are given.
     EXPECT_NEAR(satellite.elevation_rad(), geodesy::radians(expected.elevation_deg), 1e-4) << which;
     const double m = expected.*excess_m;
     if (m == 0) {

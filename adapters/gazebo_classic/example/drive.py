@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Drives a car with a GNSS receiver through a city in gzserver and prints what the plugin publishes.
+"""Drives a car with a GNSS receiver through a city in gzserver and prints the plugin's messages.
 
 usage: drive.py FOLDER BUILD [--seconds N] [--from N] [--gui]
 
-FOLDER holds NAME.world, truth.csv and reference.yaml, as tests/gazebo/prepare.sh writes them for the city NAME; BUILD is
+FOLDER has NAME.world, truth.csv and reference.yaml, written by tests/gazebo/prepare.sh for the city NAME; BUILD is
 the plugin's build folder. Starts a ROS master and gzserver, and ends both. Without ROS it prints the plugin's NMEA.
 Exit status 1 if no fix arrives, or Gazebo ends by itself.
 """
@@ -25,7 +25,7 @@ from driving import (Children, FixTable, Truth, arguments_of, free_port, headlin
                      say, wait_until, write_world)
 
 
-if not hasattr(threading.Thread, "isAlive"):    # Debian 11's rospy still asks so; Python 3.9 has no such name
+if not hasattr(threading.Thread, "isAlive"):    # Debian 11's rospy still calls it; Python 3.9 removed it
     threading.Thread.isAlive = threading.Thread.is_alive
 
 
@@ -99,7 +99,7 @@ def print_nmea(gzserver, port, seconds):
             if lines > seconds or time.monotonic() > deadline:
                 break
     if not lines:
-        raise SystemExit("drive: no NMEA sentence has come")
+        raise SystemExit("drive: no NMEA sentence was received")
 
 
 def main():
@@ -115,7 +115,7 @@ def main():
             master = urllib.parse.urlparse(os.environ["ROS_MASTER_URI"])
             children.start("rosmaster", "rosmaster", "--core", "-p", str(master.port))
             wait_until(lambda: listening(master.port), "the ROS master", 30)
-        # Before Gazebo 11.2 meshes are found from the current folder.
+        # Before Gazebo 11.2, meshes are searched in the current folder.
         gzserver = children.start("gzserver", "gzserver", "--verbose", world, cwd=arguments.folder)
         if arguments.gui:
             children.start("gzclient", "gzclient", cwd=arguments.folder)

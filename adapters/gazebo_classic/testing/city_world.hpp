@@ -7,15 +7,15 @@
 #include "adapters/common/testing/prepared_city.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-// The cities that tests/gazebo/prepare.sh exported, with a car of a test's own in them.
+// The cities that tests/gazebo/prepare.sh exported, with a car of the test in them.
 
 namespace canyon::adapters::gazebo_classic::test {
 
 using canyon::test::city_sky;
 using canyon::test::prepared_city;
 
-/// The city's world with physics in steps of `step_s`, as fast as can be, and `inside` added. Meshes are
-/// named by absolute paths, so it may lie anywhere.
+/// The city's world with physics in steps of `step_s`, as fast as possible, with `inside` added. Meshes have
+/// absolute paths, so the file may be in any folder.
 inline std::string city_world(const std::filesystem::path& folder, double step_s, const std::string& inside) {
   const std::string name = folder.filename().string();
   std::string world = canyon::test::read_bytes(folder / (name + ".world"));

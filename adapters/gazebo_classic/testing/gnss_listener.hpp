@@ -7,7 +7,7 @@
 
 namespace canyon::adapters::gazebo_classic::test {
 
-/// Keeps the messages that a receiver publishes on Gazebo transport.
+/// Stores the messages that a receiver publishes on Gazebo transport.
 class GnssListener : public canyon::test::GnssLog {
  public:
   GnssListener(const std::string& world, const std::string& topic) : node_(new gazebo::transport::Node()) {

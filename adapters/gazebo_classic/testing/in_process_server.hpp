@@ -20,7 +20,7 @@
 
 namespace canyon::adapters::gazebo_classic::test {
 
-/// gzserver inside the test's own process, stepped by hand: worlds stand still until step(). One per process.
+/// gzserver inside the test's own process, stepped manually: worlds are paused until step(). One per process.
 class InProcessServer {
  public:
   static InProcessServer& get() {
@@ -30,8 +30,8 @@ class InProcessServer {
   InProcessServer(const InProcessServer&) = delete;
   InProcessServer& operator=(const InProcessServer&) = delete;
 
-  /// Loads a world from SDF text in place of the one before. Where that had its name it gets another:
-  /// messages of the end of a world may arrive late, and name models that are here as well.
+  /// Replaces the world by one from SDF text. If the previous world had the same name, it gets another one:
+  /// messages of a world's end may arrive late with names of models of the new world.
   gazebo::physics::WorldPtr load(std::string sdf) {
     const std::regex named("(<world name=['\"])([^'\"]*)");
     if (std::smatch name; std::regex_search(sdf, name, named) && used_[name[2]]++ > 0) {
@@ -47,21 +47,21 @@ class InProcessServer {
     world_ = gazebo::loadWorld(file.string());
     if (!world_) throw std::runtime_error("the world does not load");
     world_->SetPaused(true);
-    gazebo::sensors::run_once(true);  // makes the sensors that the world asked for
+    gazebo::sensors::run_once(true);  // makes the world's sensors
     gazebo::physics::run_world(world_);
     return world_;
   }
   /// Ends the world: plugins are unloaded.
   void unload() {
     if (!world_) return;
-    // It holds the world, and sees to the sensors of the first one that it meets only: begin anew.
+    // It holds the world, and handles sensors of its first world only, so restart it.
     gazebo::sensors::SensorManager::Instance()->Fini();
     gazebo::physics::stop_world(world_);
     world_.reset();
     gazebo::physics::remove_worlds();
     gazebo::sensors::SensorManager::Instance()->Init();
   }
-  /// `iterations` of physics, and everything that depends on them, done when it returns. Sensors are updated
+  /// Runs `iterations` of physics and all dependent work before it returns. Sensors are updated
   /// once afterwards.
   void step(unsigned iterations = 1) {
     world_->Step(iterations);
@@ -77,16 +77,16 @@ class InProcessServer {
     setenv("GAZEBO_PLUGIN_PATH", (std::string(canyon_build_dir) + "/lib").c_str(), 1);
     gazebo::common::Console::SetQuiet(false);
     if (!gazebo::setupServer(std::vector<std::string>{})) throw std::runtime_error("no Gazebo server");
-    // A world that stops signals everything to stop, the thread that delivers messages as well; here others
-    // follow.
+    // A stopping world signals all to stop, including the thread that delivers messages, which later worlds
+    // need.
     for (int listener = 0; listener < 100; ++listener) gazebo::event::Events::stop.Disconnect(listener);
     is_up_ = true;
   }
   ~InProcessServer() = default;
 
-  /// Ends the last world while all that plugins use is still there; statics' destructors are too late. Gazebo
-  /// itself is left standing: its shutdown takes connections from under the thread that reads them, and
-  /// crashes now and then.
+  /// Ends the last world while the objects used by plugins still exist; destructors of statics are too late.
+  /// Gazebo itself is not shut down: its shutdown destroys connections that a thread still reads, and
+  /// sometimes crashes.
   struct End : testing::Environment {
     void TearDown() override {
       if (!is_up_) return;

@@ -20,7 +20,7 @@
 
 namespace canyon::adapters::gazebo_classic::test {
 
-/// Whether `condition` comes true within the time; asks every 10 ms.
+/// Whether `condition` becomes true within the time; checks every 10 ms.
 template <class Condition>
 bool eventually(const Condition& condition, std::chrono::seconds within = std::chrono::seconds(30)) {
   const auto deadline = std::chrono::steady_clock::now() + within;
@@ -31,7 +31,7 @@ bool eventually(const Condition& condition, std::chrono::seconds within = std::c
   return true;
 }
 
-/// A program of this test: interrupted and waited for when it goes out of scope, and when the test dies.
+/// A program of this test: interrupted and waited for at the end of its scope, and when the test dies.
 class ChildProgram {
  public:
   ChildProgram(const std::vector<std::string>& words, const std::filesystem::path& log) {
@@ -54,7 +54,7 @@ class ChildProgram {
   ChildProgram(const ChildProgram&) = delete;
   ChildProgram& operator=(const ChildProgram&) = delete;
 
-  /// The exit status after it ended; -1 where a signal ended it.
+  /// The exit status after it ended; -1 if a signal ended it.
   [[nodiscard]] int exit_status() const { return WIFEXITED(status_) ? WEXITSTATUS(status_) : -1; }
   [[nodiscard]] bool ended() {
     if (pid_ > 0 && waitpid(pid_, &status_, WNOHANG) == pid_) pid_ = -1;
@@ -63,7 +63,7 @@ class ChildProgram {
   void signal(int number) const {
     if (pid_ > 0) kill(pid_, number);
   }
-  /// Ctrl-C, and by force after 20 s.
+  /// Ctrl-C, and killed after 20 s.
   void interrupt() {
     if (ended()) return;
     kill(pid_, SIGINT);
@@ -78,8 +78,8 @@ class ChildProgram {
   int status_ = 0;
 };
 
-/// Where this process finds ROS: a master's address where nothing runs yet, logs in a folder of its own, and
-/// Canyon's messages for the tools. One per process, as roscpp knows one master.
+/// This process's ROS environment: an unused address for a master, its own folder for logs, and Canyon's
+/// messages for the tools. One per process, as roscpp knows one master.
 class RosEnvironment {
  public:
   static RosEnvironment& get() {
@@ -107,7 +107,7 @@ class RosEnvironment {
   MasterAddress master_;
 };
 
-/// A roscore on RosEnvironment's address, there when it is constructed.
+/// A roscore at RosEnvironment's address, running after construction.
 class RosCore {
  public:
   RosCore()

@@ -10,7 +10,7 @@ namespace canyon::adapters::gazebo_classic::test {
 
 using namespace canyon::test;
 
-/// `inside` goes into the world beside the walls.
+/// `inside` is added to the world next to the walls.
 inline std::string street_world(const std::string& inside, double heading_deg = 0, bool walls = true) {
   return "<?xml version='1.0'?><sdf version='1.6'><world name='street'>"
          "<physics type='ode'><max_step_size>0.01</max_step_size>"
@@ -24,7 +24,7 @@ inline std::string street_world(const std::string& inside, double heading_deg = 
          inside + "</world></sdf>";
 }
 
-/// A car whose roof lies under the antenna. `sensor_type` empty: the plugin is attached to the model itself.
+/// A car with its roof under the antenna. `sensor_type` empty: the plugin is attached to the model itself.
 inline std::string street_car(const std::string& plugin_elements, const std::string& sensor_type = "ray",
                               const std::string& name = "car", const std::string& pose = "3 0 0 0 0 0") {
   const std::string file =

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Drives a car with a GNSS receiver through a city in Gazebo Sim and prints what the system publishes.
+"""Drives a car with a GNSS receiver through a city in Gazebo Sim and prints the system's messages.
 
 usage: drive.py FOLDER BUILD [--seconds N] [--from N] [--gui]
 
-FOLDER holds NAME.world, truth.csv and reference.yaml, as tests/gazebo/prepare.sh writes them for the city NAME; BUILD is
+FOLDER has NAME.world, truth.csv and reference.yaml, written by tests/gazebo/prepare.sh for the city NAME; BUILD is
 the folder of Canyon's build. Starts `gz sim` and ends it. Exit status 1 if no fix arrives, or Gazebo ends by itself.
 """
 import json
@@ -28,7 +28,7 @@ SYSTEMS = '''<plugin filename="gz-sim-physics-system" name="gz::sim::systems::Ph
 
 
 class Messages:
-    """The output of `gz topic` for a topic as JSON, a message a line, read in a thread."""
+    """The output of `gz topic` for a topic as JSON, one message per line, read in a thread."""
 
     def __init__(self, children, topic):
         self.all = []
@@ -78,7 +78,7 @@ def main():
                         {"VISUALS": "true" if arguments.gui else "false"}, SYSTEMS)
     put_first("GZ_SIM_SYSTEM_PLUGIN_PATH", os.path.join(build, "lib"))
     put_first("GZ_DESCRIPTOR_PATH", os.path.join(build, "share/canyon/protos"))
-    # Others may run Gazebo on this machine, too.
+    # Other Gazebo servers may run on this machine.
     os.environ["GZ_PARTITION"] = f"canyon_drive_{os.getpid()}"
     topic = f"/world/{name}/model/car/link/base/sensor/gnss/gnss"
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))

@@ -1,4 +1,4 @@
-"""A MAVLink 2 link to PX4 over UDP, as far as a ground station needs it to watch a vehicle and fly a mission.
+"""A MAVLink 2 link to PX4 over UDP, with the functions a ground station needs to monitor a vehicle and fly a mission.
 
 Messages and their CRC_EXTRA: https://mavlink.io/en/messages/common.html. Frames: https://mavlink.io/en/guide/serialization.html.
 """
@@ -9,7 +9,7 @@ import socket
 import struct
 import time
 
-# Name, CRC_EXTRA, and fields in the order of the wire, for the messages that are used here.
+# Name, CRC_EXTRA, and fields in the order of the wire, for the messages used here.
 MESSAGES = {
     0: ("HEARTBEAT", 50, "<IBBBBB", ("custom_mode", "type", "autopilot", "base_mode", "system_status", "mavlink_version")),
     24: ("GPS_RAW_INT", 24, "<QiiiHHHHBBiIIIIH",
@@ -39,13 +39,13 @@ NUMBER_OF = {message[0]: number for number, message in MESSAGES.items()}
 SYSTEM, COMPONENT = 255, 190    # of a ground station
 ARMED = 0x80                    # of HEARTBEAT.base_mode
 NAV_TAKEOFF, DO_SET_MODE, DO_JUMP, COMPONENT_ARM_DISARM = 22, 176, 177, 400
-FRAMES = {0: 5, 2: 2, 3: 6, 5: 5, 6: 6}    # of mission files, as MISSION_ITEM_INT has them; PX4 takes no others
+FRAMES = {0: 5, 2: 2, 3: 6, 5: 5, 6: 6}    # of mission files, as in MISSION_ITEM_INT; PX4 accepts no others
 MISSION_FRAME = 2               # of items without a position
-NO_VALUE = 0x7FFFFFFF           # for NaN in an integer, by MISSION_ITEM_INT
+NO_VALUE = 0x7FFFFFFF           # NaN in an integer of MISSION_ITEM_INT
 
 
 def crc(data, extra):
-    """CRC-16/MCRF4XX of the frame behind its first byte, and of the message's CRC_EXTRA."""
+    """CRC-16/MCRF4XX of the frame after its first byte, and of the message's CRC_EXTRA."""
     value = 0xFFFF
     for byte in data + bytes([extra]):
         byte ^= value & 0xFF
@@ -55,7 +55,7 @@ def crc(data, extra):
 
 
 def frame(name, sequence, **values):
-    """The bytes of a message; fields that are not given are 0."""
+    """The bytes of a message; missing fields are 0."""
     number = NUMBER_OF[name]
     _, extra, layout, fields = MESSAGES[number]
     payload = struct.pack(layout, *(values.get(field, b"" if field == "text" else 0) for field in fields))
@@ -65,7 +65,7 @@ def frame(name, sequence, **values):
 
 
 def messages_of(data):
-    """(name, values) of each known message of MAVLink 2 in a datagram whose checksum is right."""
+    """(name, values) of each known message of MAVLink 2 in a datagram with a valid checksum."""
     at = 0
     while at + 12 <= len(data):
         size = data[at + 1] + 12 + (13 if data[at + 2] & 1 else 0)
@@ -84,7 +84,7 @@ def messages_of(data):
 
 class Link:
     """Receives at `here` and sends to `there`, ports of 127.0.0.1. `latest` has the newest message of each name, `kept` all
-    of the names in KEPT, with the times of PX4's clock at which they came [s]."""
+    with names in KEPT, with their arrival times on PX4's clock [s]."""
 
     KEPT = ("GPS_RAW_INT", "ESTIMATOR_STATUS", "GLOBAL_POSITION_INT")
 
@@ -94,7 +94,7 @@ class Link:
         self.socket.setblocking(False)
         self.there, self.sequence, self.latest, self.texts, self.acks = there, 0, {}, [], {}
         self.now = 0.0
-        self.changes = []    # times at which it was armed and disarmed, in turn
+        self.changes = []    # times at which it was armed and disarmed, alternating
         self.kept = {name: ([], []) for name in self.KEPT}
         self.mission, self.mission_result, self.next_heartbeat = [], None, 0.0
 
@@ -107,10 +107,10 @@ class Link:
         try:
             self.socket.sendto(data, ("127.0.0.1", self.there))
         except OSError:
-            pass    # PX4 is not there yet, or not any more
+            pass    # PX4 has not started, or has ended
 
     def serve(self):
-        """Takes what has come, answers requests for items of the mission, and beats once a second."""
+        """Reads received messages, answers requests for mission items, and sends a heartbeat once per second."""
         if time.monotonic() >= self.next_heartbeat:
             self.next_heartbeat = time.monotonic() + 1
             self.send("HEARTBEAT", type=6, autopilot=8, mavlink_version=3)
@@ -148,7 +148,7 @@ class Link:
         return condition()
 
     def upload(self, items, system):
-        """Sends a mission; True if the vehicle took it."""
+        """Sends a mission; True if the vehicle accepted it."""
         self.mission = [dict(item, target_system=system, target_component=1) for item in items]
         for _ in range(5):
             self.mission_result = None
@@ -158,7 +158,7 @@ class Link:
         return False
 
     def command(self, command, system, *parameters):
-        """Result of a command (0: accepted); None without an answer."""
+        """Result of a command (0: accepted); None without a response."""
         for attempt in range(3):
             self.acks.pop(command, None)
             self.send("COMMAND_LONG", command=command, target_system=system, target_component=1, confirmation=attempt,
@@ -177,24 +177,24 @@ class Link:
 
 
 def mission_item(where, command, mission_frame, parameters, autocontinue):
-    """A MISSION_ITEM_INT; refuses what PX4 does not take or the message cannot carry by a ValueError that begins with `where`."""
+    """A MISSION_ITEM_INT; raises ValueError, beginning with `where`, for items that PX4 rejects or the message cannot hold."""
     if mission_frame not in FRAMES:
-        raise ValueError(f"{where}: its frame {mission_frame} is none that PX4 takes; write 0 (above sea level), 3 (above home) or 2 (no position)")
+        raise ValueError(f"{where}: PX4 does not accept its frame {mission_frame}; use 0 (above sea level), 3 (above home) or 2 (no position)")
     has_position = mission_frame != MISSION_FRAME
     limits = (90, 180) if has_position else (2e9, 2e9)
     if any(math.isinf(value) for value in parameters) or any(abs(value) > limit for value, limit in zip(parameters[4:6], limits)):
-        raise ValueError(f"{where}: a parameter is out of range; they are four numbers, latitude and longitude [deg], height [m]")
+        raise ValueError(f"{where}: a parameter is out of range; give four numbers, latitude and longitude [deg], height [m]")
     if has_position and any(math.isnan(value) for value in parameters[4:]):
         raise ValueError(f"{where}: has no latitude, longitude or height; set its position, and its height as a number")
     if not has_position and any(value % 1 for value in parameters[4:6] if not math.isnan(value)):
-        raise ValueError(f"{where}: parameters 5 and 6 of an item without a position are whole numbers in MAVLink")
+        raise ValueError(f"{where}: parameters 5 and 6 of an item without a position are integers in MAVLink")
     x, y = (NO_VALUE if math.isnan(value) else round(value * (1e7 if has_position else 1)) for value in parameters[4:6])
     return {"current": 0, "frame": FRAMES[mission_frame], "command": command, "param1": parameters[0], "param2": parameters[1],
             "param3": parameters[2], "param4": parameters[3], "x": x, "y": y, "z": parameters[6], "autocontinue": autocontinue}
 
 
 def waypoint_rows(path, lines, log):
-    """Rows of a file "QGC WPL 110": where it is, its number and the arguments of mission_item(); without ArduPilot's home."""
+    """Rows of a file "QGC WPL 110": its location, its number and the arguments of mission_item(); without ArduPilot's home."""
     rows = []
     for number, line in enumerate(lines[1:], 2):
         cells = line.split()
@@ -216,33 +216,33 @@ def waypoint_rows(path, lines, log):
 
 
 def plan_rows(path, text, log):
-    """The same of a plan of QGroundControl (https://docs.qgroundcontrol.com/master/en/qgc-dev-guide/file_formats/plan.html)."""
+    """The same for a plan of QGroundControl (https://docs.qgroundcontrol.com/master/en/qgc-dev-guide/file_formats/plan.html)."""
     try:
         plan = json.loads(text)
     except json.JSONDecodeError as error:
-        raise ValueError(f"{path}:{error.lineno}: is no JSON ({error.msg}); save the plan again") from None
+        raise ValueError(f"{path}:{error.lineno}: is not JSON ({error.msg}); save the plan again") from None
     mission = plan.get("mission")
     if plan.get("fileType") != "Plan" or not isinstance(mission, dict) or not isinstance(mission.get("items"), list):
-        raise ValueError(f"{path}: is no plan of QGroundControl (fileType 'Plan' and a mission with items); save it as .plan")
+        raise ValueError(f"{path}: is not a plan of QGroundControl (fileType 'Plan' and a mission with items); save it as .plan")
     rows = []
     for number, item in enumerate(mission["items"], 1):
         where = f"{path}: item {number}"
         if not isinstance(item, dict) or item.get("type") != "SimpleItem":
             kind = item.get("complexItemType", item.get("type")) if isinstance(item, dict) else item
-            raise ValueError(f"{where}: the complex item '{kind}' is not read; upload the plan to a vehicle in QGroundControl, "
-                             "download it and save it: it has waypoints then")
+            raise ValueError(f"{where}: the complex item '{kind}' is not supported; upload the plan to a vehicle in QGroundControl, "
+                             "download it and save it: then it has waypoints")
         params = item.get("params")
         values = [math.nan if value is None else value for value in (params if isinstance(params, list) else ())]
         whole = [item.get(key, default) for key, default in (("doJumpId", number), ("command", None), ("frame", None))]
         if len(values) != 7 or any(type(value) not in (int, float) for value in values) or any(type(value) is not int for value in whole):
             raise ValueError(f"{where}: an item has command, frame and 7 params, which are numbers or null")
-        # Heights in params are those of the frame; where the mode contradicts it, one of the two is wrong.
+        # Heights in params are those of the frame; if the mode contradicts it, one of the two is wrong.
         mode = item.get("AltitudeMode")
         if whole[2] != MISSION_FRAME and whole[2] != {1: 3, 2: 0, 3: 0}.get(mode, whole[2]):
             raise ValueError(f"{where}: AltitudeMode {mode} and frame {whole[2]} contradict each other; set its height again")
         rows.append((where, *whole, values, int(item.get("autoContinue", True) is True)))
     if mission.get("plannedHomePosition"):
-        log(f"{path}: its planned home {mission['plannedHomePosition']} is not used: PX4's home is where it takes off")
+        log(f"{path}: its planned home {mission['plannedHomePosition']} is not used: PX4's home is its take-off position")
     lost = [f"{len(plan[part][key])} {name}" for part, key, name in
             (("geoFence", "circles", "circles of the geofence"), ("geoFence", "polygons", "polygons of the geofence"),
              ("rallyPoints", "points", "rally points")) if isinstance(plan.get(part), dict) and plan[part].get(key)]
@@ -252,8 +252,8 @@ def plan_rows(path, text, log):
 
 
 def read_mission(path, log=print):
-    """Items of a file of waypoints ("QGC WPL 110") or of a plan of QGroundControl, without its home; `log` takes a line about
-    home and about what is left out. Raises ValueError, which names file and line or item."""
+    """Items of a file of waypoints ("QGC WPL 110") or of a plan of QGroundControl, without its home; `log` gets a line about
+    home and about omitted parts. Raises ValueError, which names file and line or item."""
     with open(path, encoding="utf-8-sig", errors="replace") as file:
         text = file.read()
     if text.lstrip().startswith("{"):
@@ -261,7 +261,7 @@ def read_mission(path, log=print):
     elif text.startswith("QGC WPL"):
         rows = waypoint_rows(path, text.splitlines(), log)
     else:
-        raise ValueError(f"{path}:1: is no mission; give a plan of QGroundControl, or waypoints, whose first line is 'QGC WPL 110'")
+        raise ValueError(f"{path}:1: is not a mission; give a plan of QGroundControl, or waypoints, whose first line is 'QGC WPL 110'")
     if not rows:
         raise ValueError(f"{path}: contains no item")
     items = [mission_item(where, *row) for where, _, *row in rows]
@@ -271,6 +271,6 @@ def read_mission(path, log=print):
     for item, (where, *_) in zip(items, rows):
         if item["command"] == DO_JUMP:
             if item["param1"] not in index_of:
-                raise ValueError(f"{where}: jumps to item {item['param1']:g}, which is not there")
+                raise ValueError(f"{where}: jumps to item {item['param1']:g}, which does not exist")
             item["param1"] = index_of[item["param1"]]
     return items

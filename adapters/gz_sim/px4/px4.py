@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Flies PX4's vehicles in Gazebo Sim with Canyon's receivers as their GPS: a world, PX4, u-blox receivers on serial lines.
 
-Starts `gz sim`, PX4 and the viewer's server, prints fix and accuracies once a second of simulated time, and ends them all.
+Starts `gz sim`, PX4 and the viewer's server, prints fix and accuracies once per second of simulated time, and ends them all.
 docs/autopilots.md explains it. Exit status 1 if PX4 gets no fix or something ends by itself.
 """
 import argparse
@@ -27,9 +27,9 @@ from driving import Children, headline, put_first, say, wait_until  # noqa: E402
 
 DOWNTOWN = os.path.join(HERE, "..", "worlds", "canyon_downtown.sdf")
 DOWNTOWN_POSE = "26,-260,0.3"    # an open field south of it
-# Of vehicle N: UDP ports of its epochs and of its MAVLink, here and in PX4; the viewer's TCP port.
+# For vehicle N: UDP ports of its epochs and of its MAVLink, here and in PX4; the viewer's TCP port.
 EPOCHS, HERE_PORT, PX4_PORT, VIEW = 28960, 24560, 24550, 2950
-# A street's receiver states more than PX4 accepts by default (3 m; height 5 m), and its height is worse than a barometer's.
+# In a street a receiver reports a larger sigma than PX4 accepts by default (3 m; height 5 m); a barometer's height is better.
 STREET_PARAMETERS = ("EKF2_REQ_EPH=10", "EKF2_REQ_EPV=15", "EKF2_HGT_REF=0")
 PX4_RTCM_PORT = 14280    # PX4's link to a companion computer
 KINDS = ("no GPS", "no fix", "2D", "3D", "DGPS", "float", "fixed")    # GPS_FIX_TYPE
@@ -46,16 +46,16 @@ def arguments():
     parser = argparse.ArgumentParser(prog="./run px4", description=__doc__.split("\n")[0])
     parser.add_argument("build", help=argparse.SUPPRESS)
     parser.add_argument("--px4", metavar="DIR", help="PX4's folder, built (PX4_DIR, else ~/PX4-Autopilot or ../PX4-Autopilot)")
-    parser.add_argument("--world", metavar="FILE", default=DOWNTOWN, help="a world with spherical_coordinates (a made-up downtown)")
-    parser.add_argument("--pose", metavar="X,Y,Z", help=f"place of the first vehicle in the world [m] (0,0,0.3; downtown {DOWNTOWN_POSE})")
+    parser.add_argument("--world", metavar="FILE", default=DOWNTOWN, help="a world with spherical_coordinates (a synthetic downtown)")
+    parser.add_argument("--pose", metavar="X,Y,Z", help=f"position of the first vehicle in the world [m] (0,0,0.3; downtown {DOWNTOWN_POSE})")
     parser.add_argument("--model", default="x500", help="PX4's model (x500)")
     parser.add_argument("--vehicles", type=int, default=1, metavar="N", help="1 to 9 vehicles, 4 m apart (1)")
     parser.add_argument("--profile", default="ublox-m10", help="receiver: one of 'canyon profiles' (ublox-m10)")
     parser.add_argument("--rate", type=float, default=5, metavar="HZ", help="its epochs (5)")
-    parser.add_argument("--rtk", metavar="X,Y,Z|NAME", help="RTK: a base station at this place in the world [m], or the world's receiver of this name")
-    parser.add_argument("--inject", action="store_true", help="the base's RTCM goes through PX4, instead of a radio of the receiver's own")
+    parser.add_argument("--rtk", metavar="X,Y,Z|NAME", help="RTK: a base station at this position in the world [m], or the world's receiver of this name")
+    parser.add_argument("--inject", action="store_true", help="the base's RTCM is sent through PX4, instead of the receiver's own radio")
     parser.add_argument("--start", default="2026-06-01T08:00:00Z", help="UTC at simulated time 0")
-    parser.add_argument("--speed", type=float, default=1, metavar="F", help="times real time (1)")
+    parser.add_argument("--speed", type=float, default=1, metavar="F", help="speed relative to real time (1)")
     parser.add_argument("--settings", default="", metavar="XML", help="further elements of Canyon's plugin (docs/sdf.md)")
     parser.add_argument("--param", action="append", default=[], metavar="NAME=VALUE", help="a parameter of PX4; may be repeated")
     parser.add_argument("--stock", action="store_true", help=f"PX4's own parameters, without {' '.join(STREET_PARAMETERS)}")
@@ -66,30 +66,30 @@ def arguments():
     parser.add_argument("--fault", action="append", nargs=2, default=[], metavar=("SECONDS", "FAULT"),
                         help="a fault that begins at this simulated time, such as 60 '{duration_s: 15, outage: {}}' (docs/faults.md)")
     parser.add_argument("--bridge", action="store_true",
-                        help="PX4's usual way for comparison: its bridge reads the sensor's topic and fills accuracies in")
+                        help="PX4's usual method for comparison: its bridge reads the sensor's topic and sets accuracies")
     parser.add_argument("--gui", action="store_true", help="with Gazebo's window")
     parser.add_argument("--join", action="store_true",
-                        help="only Gazebo's side: 'make px4_sitl gz_x500' of your own checkout then joins this world")
+                        help="only Gazebo's side: 'make px4_sitl gz_x500' in your own checkout then joins this world")
     a = parser.parse_args()
     if not 1 <= a.vehicles <= 9:
-        parser.error(f"--vehicles is {a.vehicles}; it is 1 to 9")
+        parser.error(f"--vehicles is {a.vehicles}; give 1 to 9")
     if not 0 < a.rate <= 25:
         parser.error(f"--rate is {a.rate}; receivers have up to 25 Hz")
     if not 0.01 <= a.speed <= 100:
-        parser.error(f"--speed is {a.speed}; it is 0.01 to 100")
+        parser.error(f"--speed is {a.speed}; give 0.01 to 100")
     if a.mission and a.takeoff:
         parser.error("--takeoff and --mission exclude each other: a mission begins with its own take-off")
     if a.join and (a.takeoff or a.mission or a.fault or a.vehicles > 1):
-        parser.error("with --join PX4 is yours: it flies by your own commands")
+        parser.error("with --join you control PX4 with your own commands")
     a.pose = numbers(parser, "--pose", a.pose or (DOWNTOWN_POSE if a.world == DOWNTOWN else "0,0,0.3"))
     if a.rtk and "," in a.rtk:
         a.rtk = numbers(parser, "--rtk", a.rtk)
     if a.inject and not isinstance(a.rtk, list):
-        parser.error("--inject needs a base station of its own: --rtk X,Y,Z")
+        parser.error("--inject needs its own base station: --rtk X,Y,Z")
     try:
         a.fault = sorted((float(seconds), fault) for seconds, fault in a.fault)
     except ValueError:
-        parser.error("--fault has a time in seconds and a fault, such as 60 '{duration_s: 15, outage: {}}'")
+        parser.error("--fault needs a time in seconds and a fault, such as 60 '{duration_s: 15, outage: {}}'")
     for setting in a.param:
         if "=" not in setting:
             parser.error(f"--param {setting}: write NAME=VALUE")
@@ -103,11 +103,11 @@ def numbers(parser, option, text):
             return values
     except ValueError:
         pass
-    parser.error(f"{option} is '{text}'; it has three numbers, X,Y,Z in metres")
+    parser.error(f"{option} is '{text}'; give three numbers, X,Y,Z in metres")
 
 
 def find_px4(given):
-    """PX4's folder, or the end with what is missing."""
+    """PX4's folder; ends the program with the reason if it is missing."""
     places = [given] if given else [os.environ.get("PX4_DIR"), os.path.expanduser("~/PX4-Autopilot"),
                                     os.path.join(HERE, "..", "..", "..", "..", "PX4-Autopilot")]
     for place in filter(None, places):
@@ -118,7 +118,7 @@ def find_px4(given):
 
 
 def canyon_elements(a, has_parameter):
-    """Canyon's plugin. Streams name each vehicle's line, ports and place by the number at the end of its model's name."""
+    """Canyon's plugin. Streams use the number at the end of the model's name for each vehicle's line, ports and position."""
     streams = [*([] if a.bridge else ["ubx=pty:/tmp/canyon-gps{number}?latency_s=0.1&amp;jitter_s=0.01"]),
                f"epochs_csv=udp://127.0.0.1:{EPOCHS // 10}{{number}}", f"view=tcp://127.0.0.1:{VIEW // 10}{{number}}"]
     more = ""
@@ -135,18 +135,18 @@ def canyon_elements(a, has_parameter):
                      f"<north_m>{north}</north_m><up_m>{up}</up_m></fixed></base>")
     lines = "".join(f"<stream>{stream}</stream>" for stream in streams)
     return (f"<serve>all</serve><profile>{a.profile}</profile><rate_hz>{a.rate}</rate_hz><start>{a.start}</start>{more}"
-            # Older releases of PX4 cannot leave the sensor's own topic alone.
+            # Older releases of PX4 always use the sensor's own topic.
             f"<publishers><navsat>{'true' if has_parameter or a.bridge else 'false'}</navsat>{lines}</publishers>{a.settings}")
 
 
 def px4_settings(a, has_parameter):
-    """Parameters of PX4 as its environment sets them."""
-    settings = [] if a.bridge or not has_parameter else ["SIM_GZ_EN_GPS=0"]    # older releases cannot leave it out
+    """Parameters of PX4 as environment variables."""
+    settings = [] if a.bridge or not has_parameter else ["SIM_GZ_EN_GPS=0"]    # older releases cannot disable it
     return dict(f"PX4_PARAM_{each}".split("=", 1) for each in settings + ([] if a.stock else list(STREET_PARAMETERS)) + a.param)
 
 
 def join_lines(a, px4, has_parameter):
-    """What a person writes so that an own PX4 joins the world that runs: its only line, and one of PX4's shell."""
+    """Commands for the user's own PX4 to join the running world: one line, and one in PX4's shell."""
     environment = {"PX4_GZ_MODEL_POSE": ",".join(f"{value:g}" for value in a.pose), **px4_settings(a, has_parameter)}
     make = " ".join([*(f"{name}={value}" for name, value in environment.items()), "make", "px4_sitl", f"gz_{a.model}"])
     return [f"cd {px4} && {make}"] + ([] if a.bridge else ["gps start -d /tmp/canyon-gps0 -p ubx"])
@@ -192,7 +192,7 @@ class Vehicle:
             environment["PX4_SIM_SPEED_FACTOR"] = f"{a.speed:g}"
         environment.update(px4_settings(a, has_parameter))
         build = os.path.join(self.px4, "build/px4_sitl_default")
-        # PX4's GPS driver sets the machine's clock to the receiver's time if it may.
+        # PX4's GPS driver sets the machine's clock to the receiver's time if permitted.
         guard = ["setpriv", "--bounding-set", "-sys_time", "--inh-caps", "-sys_time"] if os.geteuid() == 0 else []
         self.child = self.children.start(f"px4_{self.number}", *guard, os.path.join(build, "bin/px4"), "-d", "-i",
                                          str(self.number), os.path.join(build, "etc"), cwd=self.folder, env=environment)
@@ -214,7 +214,7 @@ class Vehicle:
                                str(self.number), *words], cwd=self.folder, capture_output=True, text=True, timeout=30,
                               stdin=subprocess.DEVNULL)
         if done.returncode != 0:
-            complain(f"PX4 refused '{command} {' '.join(words)}': {(done.stdout + done.stderr).strip()}; see {self.child.log}")
+            complain(f"PX4 rejected '{command} {' '.join(words)}': {(done.stdout + done.stderr).strip()}; see {self.child.log}")
 
     @property
     def system(self):
@@ -245,7 +245,7 @@ def cell(value, layout, scale=1.0):
 
 
 def row_of(vehicle, several):
-    """A line of the table: what the receiver did by Canyon's record, and what PX4 makes of it."""
+    """A line of the table: the receiver's result in Canyon's record, and PX4's results."""
     epoch, link = vehicle.epochs.rows[-1], vehicle.link.latest
     number = lambda name: float(epoch[name]) if epoch[name] else None
     east, north = number("error_east_m"), number("error_north_m")
@@ -263,13 +263,13 @@ def row_of(vehicle, several):
 
 
 def print_head(several):
-    headline("Once a second: the receiver (fix minus truth, and what it states), PX4's GPS, PX4's estimator (EKF2)")
+    headline("Once per second: the receiver (fix minus truth, and its reported sigma), PX4's GPS, PX4's estimator (EKF2)")
     say(f"{'time [s]':>9}  " + (f"{'vehicle':>7}  " if several else "") +
         f"{'error [m]':>9}{'up [m]':>8}{'stated [m]':>12}  {'fix':>7}{'sats':>6}{'eph [m]':>9}{'HDOP':>7}{'eph [m]':>9}{'ratio':>7}")
 
 
 class Pilot:
-    """Lets a vehicle take off or fly its mission once PX4 is ready, asking again while PX4 refuses."""
+    """Makes a vehicle take off or fly its mission when PX4 is ready; repeats the command while PX4 rejects it."""
 
     def __init__(self, vehicle, a):
         self.vehicle, self.takeoff, self.items, self.uploaded, self.flies = vehicle, a.takeoff, [], False, False
@@ -292,24 +292,24 @@ class Pilot:
         if self.items and not self.uploaded:
             self.uploaded = link.upload(self.items, system)
             if not self.uploaded:
-                complain("PX4 did not take the mission; see its log")
+                complain("PX4 did not accept the mission; see its log")
         mode = (4, 4) if self.items else (4, 2)    # PX4's main mode auto, sub mode mission or take-off
         if link.command(mavlink_link.DO_SET_MODE, system, 1, *mode) != 0:
             return
         self.flies = link.command(mavlink_link.COMPONENT_ARM_DISARM, system, 1) == 0
 
     def has_flown(self, now):
-        """Whether it has disarmed after a flight, or lies where it fell: it has not moved for half a minute."""
+        """Whether it has disarmed after a flight, or has crashed: no motion for half a minute."""
         epoch, degrees = self.vehicle.epochs.rows[-1], ("true_latitude_deg", "true_longitude_deg")
         place = [float(epoch[name]) for name in degrees] + [float(epoch["true_height_m"]) * 1e-5]
         self.was_armed = self.was_armed or self.vehicle.link.armed
-        if self.place is None or math.dist(place, self.place) > 1e-5 or not self.was_armed:    # some metre
+        if self.place is None or math.dist(place, self.place) > 1e-5 or not self.was_armed:    # about 1 m
             self.place, self.moved_s = place, now
         return self.was_armed and (not self.vehicle.link.armed or now - self.moved_s > 30)
 
 
 def add_fault(world, fault):
-    """Asks all receivers of the world for a fault."""
+    """Requests a fault for all receivers of the world."""
     text = fault.replace("\\", "\\\\").replace('"', '\\"')
     done = subprocess.run(["gz", "service", "-s", f"/world/{world}/canyon/add_fault", "--reqtype", "gz.msgs.StringMsg", "--reptype",
                            "gz.msgs.StringMsg", "--timeout", "5000", "--req", f'data: "{text}"'],
@@ -333,7 +333,7 @@ def watch(a, world, vehicles, server):
         rows = [vehicle.epochs.rows for vehicle in vehicles]
         if not all(rows):
             if time.monotonic() > begin + 60:
-                complain(f"no epoch came from Canyon's receivers within a minute; see {server.log}")
+                complain(f"no epoch received from Canyon's receivers within a minute; see {server.log}")
             time.sleep(0.05)
             continue
         now = (float(rows[0][-1]["gps_tow"]) - zero) % 604800
@@ -357,7 +357,7 @@ def watch(a, world, vehicles, server):
 
 
 def flown(pilots, now):
-    """Whether all have disarmed after a flight, or lie where they fell."""
+    """Whether all have disarmed after a flight, or have crashed."""
     return all([pilot.has_flown(now) for pilot in pilots])
 
 
@@ -412,7 +412,7 @@ def figures(values):
 
 
 def summarise(a, vehicles):
-    """Writes the record of each flight, complete also after an interruption, and says what it shows."""
+    """Writes the record of each flight, complete also after an interruption, and prints its metrics."""
     for vehicle in vehicles:
         if not vehicle.epochs.rows:
             continue
@@ -435,7 +435,7 @@ def summarise(a, vehicles):
 
 
 def end_once(*_):
-    """A second signal does not keep the first from ending what was started."""
+    """A second signal does not prevent the first from ending the started programs."""
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     sys.exit(143)
 
@@ -477,7 +477,7 @@ def main():
                 wait_until(lambda: "http://" in open(viewer.log).read(), "the viewer serves", 60, viewer)
                 address = next(word for word in open(viewer.log).read().split() if word.startswith("http://"))
                 say(f"viewer      {address}")
-            say(f"world       {world}\nlogs        {a.out}\nground      QGroundControl finds the vehicles by itself (UDP 14550)")
+            say(f"world       {world}\nlogs        {a.out}\nground      QGroundControl finds the vehicles automatically (UDP 14550)")
             return watch(a, name, vehicles, server)
         finally:
             for vehicle in vehicles:

@@ -1,4 +1,4 @@
-"""The copy of a world in which PX4's vehicles fly with Canyon's receivers: PX4's systems and Canyon's in it."""
+"""The copy of a world in which PX4's vehicles fly with Canyon's receivers: with the systems of PX4 and of Canyon."""
 import os
 import xml.etree.ElementTree as ElementTree
 
@@ -6,8 +6,8 @@ CANYON = "CanyonGnssSystem"
 
 
 def prepare(source, target, systems, settings, without=()):
-    """Writes the world of `source` to `target`: with the systems of PX4's server configuration that it does not name
-    itself, and with Canyon's with `settings`, elements as text. Models that are named in `without` are left out.
+    """Writes the world of `source` to `target`: with the systems of PX4's server configuration that it does not have
+    itself, and with Canyon's system with `settings`, elements as text. Models named in `without` are omitted.
     Returns the world's name. Raises ValueError, which names the file."""
     try:
         tree = ElementTree.parse(source)
@@ -17,7 +17,7 @@ def prepare(source, target, systems, settings, without=()):
     if world is None:
         raise ValueError(f"{source}: contains no <world>; give a world such as 'canyon city build map.osm -o city.sdf' writes")
     if world.find("spherical_coordinates") is None:
-        raise ValueError(f"{source}: has no <spherical_coordinates>, so its place on the Earth is not known")
+        raise ValueError(f"{source}: has no <spherical_coordinates>, so its position on the Earth is unknown")
     for model in world.findall("model"):
         if model.get("name") in without:
             world.remove(model)
@@ -50,7 +50,7 @@ def systems_of(path):
 
 
 def absolute_uris(world, folder):
-    """The copy is in another folder than the files that its world names."""
+    """The copy is in another folder than the files named in its world."""
     for uri in world.iter("uri"):
         path = os.path.join(folder, (uri.text or "").strip())
         if uri.text and "://" not in uri.text and os.path.exists(path):

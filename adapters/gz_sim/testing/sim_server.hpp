@@ -18,13 +18,13 @@
 
 namespace canyon::adapters::gz_sim::test {
 
-/// Functions by which a test changes a world, and looks at it, in every step.
+/// Functions with which a test changes and reads a world in every step.
 class Hands final : public gz::sim::System,
                     public gz::sim::ISystemPreUpdate,
                     public gz::sim::ISystemPostUpdate {
  public:
   using Ecm = gz::sim::EntityComponentManager;
-  std::function<void(Ecm&)> next;         ///< done once, in the next step's PreUpdate
+  std::function<void(Ecm&)> next;         ///< called once, in the next step's PreUpdate
   std::function<void(const Ecm&)> watch;  ///< in every step's PostUpdate
 
   void PreUpdate(const gz::sim::UpdateInfo& info, Ecm& ecm) override {
@@ -37,8 +37,7 @@ class Hands final : public gz::sim::System,
   std::chrono::steady_clock::duration sim_time{};
 };
 
-/// A Gazebo Sim server without a window in the test's own process, stepped by hand. Its transport is a
-/// partition of its own.
+/// A headless Gazebo Sim server in the test's process, stepped manually, with its own transport partition.
 class SimServer {
  public:
   explicit SimServer(const std::string& sdf)
@@ -52,7 +51,7 @@ class SimServer {
     server_ = std::make_unique<gz::sim::Server>(config);
     if (!server_->AddSystem(hands).value_or(false)) throw std::runtime_error("the world does not load");
   }
-  /// Call it before anything of gz-transport exists in the process.
+  /// Call it before the process uses gz-transport.
   static void prepare() {
     setenv("GZ_PARTITION", ("canyon_test_" + std::to_string(getpid())).c_str(), 1);
     setenv("GZ_IP", "127.0.0.1", 1);
@@ -69,7 +68,7 @@ class SimServer {
   std::unique_ptr<gz::sim::Server> server_;
 };
 
-/// Keeps the messages that a receiver publishes on Gazebo transport.
+/// Stores the messages that a receiver publishes on Gazebo transport.
 class GnssListener {
  public:
   explicit GnssListener(const std::string& topic) {

@@ -25,7 +25,7 @@ inline std::string shape_model(const std::string& name, const std::string& pose,
 
 inline const std::string kGnssSystem = "<plugin filename='CanyonGnssSystem' name='canyon::GnssSystem'/>";
 
-/// A world in steps of 10 ms. `inside` goes into it.
+/// A world in steps of 10 ms. `inside` is added to it.
 inline std::string empty_world(const std::string& inside, double heading_deg = 0,
                                const std::string& name = "street") {
   return "<?xml version='1.0'?><sdf version='1.9'><world name='" + name +
@@ -39,7 +39,7 @@ inline std::string empty_world(const std::string& inside, double heading_deg = 0
          std::to_string(heading_deg) + "</heading_deg></spherical_coordinates>" + inside + "</world></sdf>";
 }
 
-/// The street with its walls and the system; `inside` goes into the world beside them.
+/// The street with its walls and the system; `inside` is added to the world next to them.
 inline std::string street_world(const std::string& inside, double heading_deg = 0, bool walls = true,
                                 const std::string& system = kGnssSystem) {
   return empty_world(system +
@@ -50,14 +50,14 @@ inline std::string street_world(const std::string& inside, double heading_deg = 
                      heading_deg);
 }
 
-/// A navsat sensor at the antenna's place with these elements in <canyon>.
+/// A navsat sensor at the antenna's position with these elements in <canyon>.
 inline std::string navsat(const std::string& elements, const std::string& more = "") {
   return "<sensor name='antenna' type='navsat'><pose>0 0 2 0 0 0</pose><update_rate>10</update_rate>"
          "<always_on>true</always_on>" +
          more + "<canyon>" + elements + "<publishers><ros>false</ros></publishers></canyon></sensor>";
 }
 
-/// A car whose roof lies under the antenna.
+/// A car with its roof under the antenna.
 inline std::string street_car(const std::string& sensor, const std::string& name = "car",
                               const std::string& pose = "3 0 0 0 0 0", const std::string& plugins = "") {
   return "<model name='" + name + "'><pose>" + pose +
@@ -66,7 +66,7 @@ inline std::string street_car(const std::string& sensor, const std::string& name
          box("1.8 4 1.2") + "</geometry></collision>" + sensor + "</link>" + plugins + "</model>";
 }
 
-/// The default topic of a car's receiver; canyon.msgs.GnssReceiver stands on "gnss" for "navsat".
+/// The default topic of a car's receiver; canyon.msgs.GnssReceiver is on "gnss" instead of "navsat".
 inline std::string topic_of(const std::string& car = "car", const std::string& last = "gnss") {
   return "/world/street/model/" + car + "/link/body/sensor/antenna/" + last;
 }

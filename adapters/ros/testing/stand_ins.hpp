@@ -5,7 +5,7 @@
 
 namespace canyon::test::messages {
 
-/// Parts of messages as ROS 2's generator writes them. Numbers are 7 before they are set.
+/// Parts of messages as generated for ROS 2. Numbers are 7 until they are set.
 struct Header {
   struct {
     std::int32_t sec = 7;

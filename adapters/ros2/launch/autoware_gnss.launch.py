@@ -1,4 +1,4 @@
-"""A receiver for Autoware in place of the car's: a simulator's true poses in the map become a fix and gnss_poser's pose.
+"""A receiver for Autoware instead of the car's: turns a simulator's true poses in the map into a fix and gnss_poser's pose.
 
 Topics are those of Autoware's sample sensor kit, poses those of AWSIM. With gnss_poser:=false Autoware's own launch files
 start the poser.
@@ -13,10 +13,10 @@ ARGUMENTS = {
     "scenario": ("", "scenario file with the map's city and the receiver; its trajectory is not used"),
     "pose_topic": ("/awsim/ground_truth/vehicle/pose", "geometry_msgs/PoseStamped of the vehicle in the map"),
     "fix_topic": ("/sensing/gnss/ublox/nav_sat_fix", "sensor_msgs/NavSatFix of the receiver"),
-    "frame_id": ("gnss_link", "of the antenna"),
+    "frame_id": ("gnss_link", "frame of the antenna"),
     "gnss_poser": ("true", "also start autoware_gnss_poser"),
-    "orientation": ("false", "the poser takes the attitude of a receiver with dead reckoning or two antennas"),
-    "use_sim_time": ("true", "go by /clock"),
+    "orientation": ("false", "the poser uses the attitude of a receiver with dead reckoning or two antennas"),
+    "use_sim_time": ("true", "use /clock"),
 }
 
 

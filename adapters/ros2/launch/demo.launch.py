@@ -1,4 +1,4 @@
-"""A car through a made-up downtown: its receiver, and RViz, where it is installed, with fixes and their stated accuracy."""
+"""A car in a synthetic downtown: its receiver, and RViz, if installed, with fixes and their reported accuracy."""
 import os
 import sys
 
@@ -10,9 +10,9 @@ from launch_ros.actions import Node
 
 SHARE = get_package_share_directory("canyon_ros2")
 ARGUMENTS = {
-    "scenario": (os.path.join(SHARE, "synthetic_drive.yaml"), "with a trajectory"),
-    "profile": ("", "of the receiver; empty: the scenario's"),
-    "rviz": ("true", "show the fixes in RViz, where it is installed"),
+    "scenario": (os.path.join(SHARE, "synthetic_drive.yaml"), "scenario file with a trajectory"),
+    "profile": ("", "profile of the receiver; empty: the scenario's"),
+    "rviz": ("true", "show the fixes in RViz, if it is installed"),
 }
 
 

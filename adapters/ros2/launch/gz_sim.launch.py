@@ -10,9 +10,9 @@ from launch_ros.substitutions import FindPackagePrefix
 ARGUMENTS = {
     "world_name": ("canyon_downtown", "the name in that file"),
     "model": ("car", "the vehicle; its velocities are taken from cmd_vel"),
-    "link": ("body", "that carries the sensor"),
+    "link": ("body", "link with the sensor"),
     "sensor": ("gnss", "the navsat sensor"),
-    "gui": ("false", "show the world; else the server alone runs"),
+    "gui": ("false", "show the world; else only the server runs"),
     "namespace": ("", "of the ROS topics fix and cmd_vel"),
 }
 

@@ -1,4 +1,4 @@
-"""A scenario's own drive as ROS 2 topics: the recorded one of Hong Kong, where no other scenario is given."""
+"""A scenario's own drive as ROS 2 topics: by default the recorded drive in Hong Kong."""
 import os
 
 from ament_index_python.packages import get_package_share_directory
@@ -10,11 +10,11 @@ from launch_ros.actions import Node
 ARGUMENTS = {
     "data": ("", "folder with hongkong/ and urbannav-tst-20190428/, for the default scenario"),
     "scenario": ("", "another scenario with a trajectory"),
-    "receiver": ("", "which of its receivers; empty: the first"),
-    "namespace": ("", "of node and topics"),
-    "drive_clock": ("true", "publish /clock and go by it; else the node's time"),
-    "speed": ("1.0", "of that clock, times real time"),
-    "frame_id": ("gnss", "of all messages"),
+    "receiver": ("", "name of one of its receivers; empty: the first"),
+    "namespace": ("", "namespace of node and topics"),
+    "drive_clock": ("true", "publish /clock and use it; else the node's time"),
+    "speed": ("1.0", "speed of that clock, relative to real time"),
+    "frame_id": ("gnss", "frame of all messages"),
 }
 
 

@@ -1,4 +1,4 @@
-"""A vehicle of this world, or of a simulator without GNSS, in a city: its poses come from a topic or from tf."""
+"""A real vehicle, or one of a simulator without GNSS, in a city: with poses from a topic or from tf."""
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch_ros.actions import Node
@@ -6,21 +6,21 @@ from launch.substitutions import LaunchConfiguration
 
 ARGUMENTS = {
     "source": ("pose", "geometry_msgs/PoseStamped: pose; nav_msgs/Odometry: odometry; tf2: tf"),
-    "pose_topic": ("pose", "of the poses, where they do not come from tf"),
-    "pose_frame": ("map", "that poses are in, z up"),
-    "child_frame": ("base_link", "of the vehicle, where they come from tf"),
+    "pose_topic": ("pose", "topic of the poses, if they are not from tf"),
+    "pose_frame": ("map", "frame of the poses, z up"),
+    "child_frame": ("base_link", "frame of the vehicle, if poses are from tf"),
     "scenario": ("", "scenario file: city, sky and receiver; its trajectory is not used"),
-    "mesh": ("", "mesh of the city, in metres about its origin, where no scenario is given; else a made-up one"),
-    "latitude_deg": ("22.3", "of the city's origin, where no scenario is given"),
-    "longitude_deg": ("114.17", "of the city's origin, where no scenario is given"),
-    "east_m": ("0.0", "where the origin of pose_frame lies in the city"),
-    "north_m": ("0.0", "where the origin of pose_frame lies in the city"),
-    "up_m": ("0.0", "where the origin of pose_frame lies in the city"),
-    "heading_deg": ("0.0", "of the x axis of pose_frame, from east counter-clockwise"),
-    "profile": ("", "of the receiver; empty: the scenario's, or a common module"),
-    "rate_hz": ("10.0", "epochs a second"),
-    "namespace": ("", "of node and topics"),
-    "use_sim_time": ("false", "go by /clock"),
+    "mesh": ("", "mesh of the city, in metres from its origin, if no scenario is given; default: a synthetic one"),
+    "latitude_deg": ("22.3", "of the city's origin, if no scenario is given"),
+    "longitude_deg": ("114.17", "of the city's origin, if no scenario is given"),
+    "east_m": ("0.0", "origin of pose_frame in the city"),
+    "north_m": ("0.0", "origin of pose_frame in the city"),
+    "up_m": ("0.0", "origin of pose_frame in the city"),
+    "heading_deg": ("0.0", "direction of the x axis of pose_frame, from east counter-clockwise"),
+    "profile": ("", "profile of the receiver; empty: the scenario's, or a common module"),
+    "rate_hz": ("10.0", "epochs per second"),
+    "namespace": ("", "namespace of node and topics"),
+    "use_sim_time": ("false", "use /clock"),
 }
 
 

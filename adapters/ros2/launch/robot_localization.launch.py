@@ -10,12 +10,12 @@ from launch_ros.actions import Node
 SHARE = get_package_share_directory("canyon_ros2")
 ARGUMENTS = {
     "scenario": (os.path.join(SHARE, "dead_reckoning.yaml"), "with a trajectory and sensors: {imu: ..., wheels: ...}"),
-    "receiver": ("f9p", "which of its receivers"),
-    "speed": ("1.0", "of the clock, times real time"),
-    "latitude_deg": ("22.3", "of the origin of the filter's frame"),
-    "longitude_deg": ("114.17", "of the origin of the filter's frame"),
-    "yaw_rad": ("3.14159", "of the vehicle at the start, from east counter-clockwise"),
-    "autostart": ("true", "the drive begins by itself; false: when the node is activated"),
+    "receiver": ("f9p", "name of one of its receivers"),
+    "speed": ("1.0", "speed of the clock, relative to real time"),
+    "latitude_deg": ("22.3", "origin of the filter's frame"),
+    "longitude_deg": ("114.17", "origin of the filter's frame"),
+    "yaw_rad": ("3.14159", "heading of the vehicle at the start, from east counter-clockwise"),
+    "autostart": ("true", "the drive starts automatically; false: when the node is activated"),
 }
 
 
@@ -24,9 +24,9 @@ def nodes(context):
     simulated = {"use_sim_time": True}
     receiver = Node(package="canyon_ros2", executable="receiver", output="screen",
                     parameters=[{"scenario": given["scenario"], "receiver": given["receiver"], "drive_clock": True,
-                                 "diagonal_covariance": True,    # in two dimensions the filter takes cross terms of height
+                                 "diagonal_covariance": True,    # in two dimensions the filter uses cross terms of height
                                  "speed": float(given["speed"]), "autostart": given["autostart"].lower() == "true"}])
-    # The antenna is at the trajectory's point, as the axle is: without a lever arm the frames coincide.
+    # Antenna and axle are at the trajectory's point: without a lever arm the frames coincide.
     frames = [Node(package="tf2_ros", executable="static_transform_publisher",
                    arguments=["--frame-id", "base_link", "--child-frame-id", frame]) for frame in ("gnss", "imu")]
     datum = [float(given["latitude_deg"]), float(given["longitude_deg"]), 0.0]

@@ -1,4 +1,4 @@
-"""Fixes for RViz, which draws no NavSatFix: fix_path, and fix_pose with covariance, metres east, north, up of the first."""
+"""Fixes for RViz, which does not draw NavSatFix: fix_path, and fix_pose with covariance, in metres east, north, up of the first."""
 import math
 
 import rclpy

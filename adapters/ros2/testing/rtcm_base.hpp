@@ -14,7 +14,7 @@
 
 namespace canyon::adapters::ros2::test {
 
-/// A receiver of the node that poses move, with what it has said.
+/// A receiver of the node moved by poses, with its log.
 class PoseReceiver {
  public:
   PoseReceiver(const NodeSettings& settings, std::shared_ptr<simulation::CityScene> scene,
@@ -22,7 +22,7 @@ class PoseReceiver {
       : truth_(settings, scene->city),
         hosted_(setup_of(settings, std::move(scene), start, own_name,
                          [this](live::Tone, const std::string& line) { said_.push_back(line); })) {}
-  /// What PoseInbox::take() says.
+  /// The result of PoseInbox::take().
   std::string add(const simulation::RigidPose& pose, double stamp_s, std::int64_t now_ns) {
     return truth_.take(pose, stamp_s, now_ns);
   }
@@ -48,7 +48,7 @@ class PoseReceiver {
   live::HostedReceiver hosted_;
 };
 
-/// An open field, `more` over it.
+/// An open field, overridden by `more`.
 inline NodeSettings open_field(const Parameters& more) {
   Parameters given{{"city.open", true},
                    {"city.origin.latitude_deg", 22.3},

@@ -1,6 +1,6 @@
 #pragma once
 
-// What emscripten 3.1.6 has not, for one thread and a file system that one program uses.
+// Functions missing in emscripten 3.1.6, for one thread and a file system used by one program.
 #include <atomic>
 #include <cerrno>
 #include <cstdio>

@@ -37,8 +37,7 @@ void check(cairo_status_t status) {
     throw std::runtime_error(std::string("picture cannot be drawn: ") + cairo_status_to_string(status));
 }
 
-/// A cairo_write_func_t that appends to the std::string `target`. Called from C: nothing may be thrown
-/// through it.
+/// A cairo_write_func_t that appends to the std::string `target`. Called from C, so it must not throw.
 cairo_status_t append_bytes(void* target, const unsigned char* bytes, unsigned length) {
   try {
     static_cast<std::string*>(target)->append(reinterpret_cast<const char*>(bytes), length);
@@ -58,7 +57,7 @@ void for_each_row(cairo_surface_t* surface, Copy copy) {
   for (std::size_t row = 0; row < rows; ++row) copy(bytes + row * stride, row * columns);
 }
 
-/// An image of pixels 0xRRGGBB by rows from the top, columns * rows of them.
+/// An image of pixels 0xRRGGBB in rows from the top, columns * rows of them.
 Surface make_surface(int columns, int rows, const std::vector<std::uint32_t>& pixels) {
   Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, columns, rows));
   check(cairo_surface_status(surface.get()));
@@ -82,7 +81,7 @@ void draw_on(cairo_surface_t* surface, double scale, double width, double height
   check(cairo_status(context.get()));
 }
 
-/// Paper of this size [px] with what `draw` draws on it.
+/// Paper of this size [px] with the drawing of `draw`.
 Surface drawn(int width_px, int height_px, double scale, const std::function<void(Canvas&)>& draw) {
   Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width_px, height_px));
   draw_on(surface.get(), scale, width_px / scale, height_px / scale, draw);
@@ -90,8 +89,8 @@ Surface drawn(int width_px, int height_px, double scale, const std::function<voi
   return surface;
 }
 
-/// Cairo names groups "surfaceN" by a count that runs through the whole process; here they are counted within
-/// the picture, so that the same picture has the same bytes.
+/// Cairo names groups "surfaceN" by a process-wide counter; here they are numbered per picture, so that equal
+/// pictures have equal bytes.
 std::string with_own_numbers(const std::string& svg) {
   static constexpr std::string_view kStem = "surface";
   std::map<std::string, std::size_t> numbers;
@@ -193,7 +192,7 @@ void Canvas::text(const Point& at, const std::string& text, const TextStyle& sty
   double dx = 0;
   if (style.align == Align::Centre) dx = -0.5 * extents.x_advance;
   if (style.align == Align::Right) dx = -extents.x_advance;
-  // Aligns by the height of capitals, not by this text's letters, so that neighbours share a base line.
+  // Aligns by the height of capitals, not of this text's letters, so that neighbours have the same base line.
   const double capital = 0.73 * style.size;
   double dy = 0;
   if (style.level == TextLevel::Top) dy = capital;
@@ -234,7 +233,7 @@ void Canvas::clipped(const Rect& r, const std::function<void()>& draw) {
 
 std::string render_png(int width_px, int height_px, double scale, const std::function<void(Canvas&)>& draw) {
   const Surface surface = drawn(width_px, height_px, scale, draw);
-  // Pixels become red, green, blue in place, one behind the other.
+  // Converts pixels in place to packed red, green, blue bytes.
   unsigned char* const rgb = cairo_image_surface_get_data(surface.get());
   unsigned char* end = rgb;
   for_each_row(surface.get(), [&](const unsigned char* row, std::size_t) {
@@ -251,7 +250,7 @@ std::string render_png(int width_px, int height_px, double scale, const std::fun
   image.width = static_cast<png_uint_32>(width_px);
   image.height = static_cast<png_uint_32>(height_px);
   image.format = PNG_FORMAT_RGB;
-  image.flags = PNG_IMAGE_FLAG_FAST;  // no filters: charts get as small, in less time
+  image.flags = PNG_IMAGE_FLAG_FAST;  // no filters: same size for charts, in less time
   char* bytes = nullptr;
   std::size_t size = 0;
   std::FILE* const memory = open_memstream(&bytes, &size);
@@ -286,7 +285,7 @@ std::string render_svg(double width, double height, const std::function<void(Can
 }
 
 Picture render(double width, double height, const std::function<void(Canvas&)>& draw, double png_scale) {
-  // Whole units: a row of pixels that is covered in part would show as a line.
+  // Whole units: a partly covered row of pixels would show as a line.
   width = std::ceil(width);
   height = std::ceil(height);
   return {render_png(static_cast<int>(std::lround(width * png_scale)),

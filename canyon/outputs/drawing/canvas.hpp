@@ -9,7 +9,7 @@
 
 #include "canyon/outputs/drawing/palette.hpp"
 
-// <cairo.h> declares the same; users of this header need not have it.
+// Same declaration as in <cairo.h>, which users of this header need not have.
 typedef struct _cairo cairo_t;  // NOLINT(bugprone-reserved-identifier)
 
 namespace canyon::drawing {
@@ -50,12 +50,12 @@ struct TextStyle {
   Align align = Align::Left;
   TextLevel level = TextLevel::Baseline;
   double angle_rad = 0;  ///< clockwise
-  /// Width of a rim that keeps text readable on its ground.
+  /// Width of a rim that keeps text readable on its background.
   double halo = 0;
   Colour halo_colour = kPaper;
 };
 
-/// A sheet to draw on, over Cairo. Text is UTF-8; bytes that are not come out as "?".
+/// A sheet to draw on, over Cairo. Text is UTF-8; invalid bytes are drawn as "?".
 class Canvas {
  public:
   Canvas(cairo_t* cairo, double width, double height);
@@ -66,7 +66,7 @@ class Canvas {
   [[nodiscard]] double height() const { return height_; }
 
   void rectangle(const Rect& r, const std::optional<Colour>& fill, const std::optional<Stroke>& stroke = {});
-  /// Closed polygons filled as one shape (winding rule), so that neighbours show no seam.
+  /// Closed polygons filled as one shape (winding rule), so that no seam shows between neighbours.
   void polygons(const std::vector<std::vector<Point>>& rings, const std::optional<Colour>& fill,
                 const std::optional<Stroke>& stroke = {});
   void polyline(const std::vector<Point>& points, const Stroke& stroke);
@@ -76,8 +76,8 @@ class Canvas {
   void text(const Point& at, const std::string& text, const TextStyle& style = {});
   [[nodiscard]] double text_width(const std::string& text, const TextStyle& style = {});
 
-  /// Draws pixels (0xRRGGBB, rows from the top, `columns` * `rows` of them) over `r`, unchanged where `r` has
-  /// as many pixels of the picture.
+  /// Draws pixels (0xRRGGBB, rows from the top, `columns` * `rows` of them) over `r`, unscaled if `r` has as
+  /// many pixels of the picture.
   void image(const Rect& r, int columns, int rows, const std::vector<std::uint32_t>& pixels);
 
   /// Runs `draw` with everything outside `r` cut off.
@@ -92,37 +92,37 @@ class Canvas {
   double height_;
 };
 
-/// Pixels by rows from the top, each 0xRRGGBB.
+/// Pixels in rows from the top, each 0xRRGGBB.
 struct RgbImage {
   int width = 0, height = 0;
   std::vector<std::uint32_t> pixels;
 };
 
-/// A picture as the bytes of its two files.
+/// The bytes of a picture's SVG and PNG files.
 struct Picture {
   std::string png;
   std::string svg;
 };
 
 /// Draws a picture of width x height units (rounded up) twice: as SVG, and as PNG with `png_scale` pixels to
-/// the unit. Throws std::runtime_error where Cairo fails (memory).
+/// the unit. Throws std::runtime_error if Cairo fails (memory).
 [[nodiscard]] Picture render(double width, double height, const std::function<void(Canvas&)>& draw,
                              double png_scale = 2);
 
 /// Draws a PNG of exactly width_px x height_px pixels, `scale` of them to the unit; bytes of the file. Throws
-/// std::runtime_error where Cairo fails (memory).
+/// std::runtime_error if Cairo fails (memory).
 [[nodiscard]] std::string render_png(int width_px, int height_px, double scale,
                                      const std::function<void(Canvas&)>& draw);
-/// The same as pixels.
+/// Draws the same picture and returns its pixels.
 [[nodiscard]] RgbImage render_pixels(int width_px, int height_px, double scale,
                                      const std::function<void(Canvas&)>& draw);
 
-/// Draws an SVG of width x height units; bytes of the file, the same for the same drawing. Throws
-/// std::runtime_error where Cairo fails (memory).
+/// Draws an SVG of width x height units; returns the file's bytes, which are deterministic. Throws
+/// std::runtime_error if Cairo fails (memory).
 [[nodiscard]] std::string render_svg(double width, double height, const std::function<void(Canvas&)>& draw);
 
-/// Title, and under it a fainter line, at the top left, smaller where they would not fit; returns the y below
-/// them. @param halo TextStyle::halo of the title, for ground that is not plain
+/// Draws a title and a fainter line under it at the top left, in a smaller size if they do not fit. Returns
+/// the y below them. @param halo TextStyle::halo of the title, for a background that is not plain
 double draw_title(Canvas& canvas, double x, const std::string& title, const std::string& subtitle,
                   double halo = 0);
 

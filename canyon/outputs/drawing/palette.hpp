@@ -26,16 +26,16 @@ struct Colour {
 /// The colour as 0xRRGGBB, without its opacity.
 [[nodiscard]] std::uint32_t packed(const Colour& c);
 
-/// A colour between two; `t` is clamped to [0, 1].
+/// Interpolates between two colours; `t` is clamped to [0, 1].
 [[nodiscard]] Colour mix(const Colour& from, const Colour& to, double t);
-/// The same along two colours or more at even distances.
+/// Interpolates along two or more evenly spaced colours.
 [[nodiscard]] Colour between(std::span<const Colour> stops, double t);
 
-/// Matplotlib's viridis (Smith, van der Walt 2015), from dark purple at 0 to yellow at 1, within 2 % of it:
-/// even in lightness, readable by colour-blind people and in grey.
+/// Matplotlib's viridis (Smith, van der Walt 2015), from dark purple at 0 to yellow at 1, approximated within
+/// 2 %: perceptually uniform, readable by colour-blind people and in grey.
 [[nodiscard]] Colour viridis(double t);
 
-/// Okabe and Ito's palette (Color Universal Design, 2008) for things that differ by kind.
+/// Okabe and Ito's palette (Color Universal Design, 2008) for categories.
 inline constexpr Colour kBlack = rgb(0x000000), kOrange = rgb(0xE69F00), kSkyBlue = rgb(0x56B4E9),
                         kGreen = rgb(0x009E73), kBlue = rgb(0x0072B2), kVermilion = rgb(0xD55E00),
                         kPurple = rgb(0xCC79A7);
@@ -45,7 +45,7 @@ inline constexpr Colour kInk = rgb(0x222222), kFaintInk = rgb(0x6B6B6B), kRule =
                         kPaper = rgb(0xFFFFFF), kGround = rgb(0xF8F6F3), kLowRoof = rgb(0xE6E2DC),
                         kHighRoof = rgb(0x8D95A1), kNoFix = kVermilion;
 
-/// The colour that a visibility has in every picture (its mark's shape differs as well).
+/// The colour of a visibility in every picture (the shape of the mark differs too).
 [[nodiscard]] Colour colour_of(propagation::Visibility visibility);
 
 }  // namespace canyon::drawing

@@ -13,7 +13,7 @@
 namespace canyon::drawing {
 namespace {
 
-constexpr double kSwatch = 34;  // room for an entry's mark
+constexpr double kSwatch = 34;  // width of an entry's mark
 constexpr double kPadding = 8;  // of a legend's box
 
 double line_height(double text_size) {
@@ -21,7 +21,7 @@ double line_height(double text_size) {
 }
 
 constexpr double kLogarithmicFrom = 30;
-/// Keeps 5 from becoming 10 by rounding.
+/// Prevents rounding from changing 5 to 10.
 constexpr double kSlack = 1e-9;
 
 std::vector<double> log_ticks(double low, double high) {
@@ -204,13 +204,13 @@ Scale make_scale(std::vector<double> values, double tail) {
     if (low > 0 && high / low > kLogarithmicFrom) {
       scale.logarithmic = true;
       scale.high = nice_ceil(high);
-      // Shows at most four decades: smaller values are as good as perfect.
+      // Shows at most four decades: smaller values are practically perfect.
       scale.low = std::max(nice_floor(low), scale.high * 1e-4);
       scale.ticks = log_ticks(scale.low, scale.high);
       return scale;
     }
     if (high > 0) {
-      // A little above the largest value, so that it does not lie on the frame.
+      // A little above the largest value, so that it is not drawn on the frame.
       const double step = nice_ceil(high / 5);
       scale.high = step * std::ceil(1.03 * high / step - kSlack);
     }

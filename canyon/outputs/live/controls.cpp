@@ -75,9 +75,9 @@ std::string get(const OptionsRequest& request, const Receivers& receivers) {
   }
   if (!found) {
     const auto similar = closest(wanted, keys);
-    throw InputError(
-        fmt::format("'{}' is not a key or section that has a value", wanted),
-        similar ? fmt::format("did you mean '{}'?", *similar) : "an empty request lists all that may change");
+    throw InputError(fmt::format("'{}' is not a key or section that has a value", wanted),
+                     similar ? fmt::format("did you mean '{}'?", *similar)
+                             : "send an empty request to list all changeable keys");
   }
   text.pop_back();
   return text;
@@ -129,7 +129,7 @@ std::string set(const OptionsRequest& request, const Receivers& receivers) {
     const bool rate_alone = config.rate_hz && differences(each.name, now, at_old_rate).empty();
     changes.push_back({&each, std::move(config), rate_alone});
   }
-  if (changes.empty()) return "unchanged: every value is what it was";
+  if (changes.empty()) return "unchanged: all values were already set";
   for (Change& change : changes) {
     if (change.rate_alone)
       change.of->receiver->set_rate(*change.config.rate_hz);
@@ -154,7 +154,7 @@ std::string faults(const Receivers& receivers) {
   return text;
 }
 
-/// Puts a fault on the timelines of receivers; its name in each.
+/// Adds a fault to the timelines of receivers; returns its name in each.
 std::vector<std::string> add_to_timelines(const Receivers& receivers, const std::string& text,
                                           const std::string& source) {
   std::vector<std::string> names;
@@ -174,7 +174,7 @@ std::string add_fault(const OptionsRequest& request, const Receivers& receivers)
   return text;
 }
 
-/// Ends a fault on those timelines that have it; the names of their receivers.
+/// Ends a fault on all timelines that have it; returns the names of their receivers.
 std::vector<std::string> end_on_timelines(const Receivers& receivers, const std::string& name) {
   std::vector<simulation::LiveReceiver*> all;
   for (const AdjustableReceiver& each : receivers) {
@@ -237,7 +237,7 @@ std::string OptionsDesk::ask(OptionsRequest request, std::chrono::milliseconds p
     answered_.wait_for(lock, patience, [&] { return mine->done || closed_; });
     const auto at = std::find(waiting_.begin(), waiting_.end(), mine);
     if (at == waiting_.end()) {
-      // The host's thread has taken it and will answer, even if late.
+      // The host's thread has started the request and will respond, even if late.
       answered_.wait(lock, [&] { return mine->done; });
       return mine->answer;
     }
@@ -260,7 +260,7 @@ void OptionsDesk::serve(const std::function<std::vector<AdjustableReceiver>()>& 
     std::string text;
     try {
       text = answer(each->request, receivers());
-    } catch (const std::exception& error) {  // whoever waits must not wait for ever
+    } catch (const std::exception& error) {  // the caller must not wait for ever
       text = fmt::format("refused: {}", error.what());
     }
     const std::lock_guard lock(mutex_);
@@ -300,7 +300,7 @@ Json refusal(std::string_view problem, std::string_view cure) {
   return json;
 }
 
-/// A value that is YAML as a string, or JSON as it stands; empty: neither.
+/// A value: YAML if a string, else JSON text; empty: neither.
 std::optional<std::string> text_of(const Json& command, const char* key) {
   const Json& value = command[key];
   if (value.is_string()) return value.text();
@@ -331,12 +331,12 @@ class SessionCommands final : public Commands {
     const Json& command = *parsed;
     if (!command.is_object()) return one_line(refusal("the line is not a JSON object", kCure));
     if (!command.contains("command")) return one_line(refusal("the object has no key 'command'", kCure));
-    if (!command["command"].is_string()) return one_line(refusal("'command' is not a text", kCure));
+    if (!command["command"].is_string()) return one_line(refusal("'command' is not a string", kCure));
     const std::string& name = command["command"].text();
     for (const Entry& entry : entries()) {
       if (entry.name != name) continue;
       if (entry.changes && !context.changes) {
-        return one_line(refusal(fmt::format("'{}' changes the simulation, which is switched off", name),
+        return one_line(refusal(fmt::format("'{}' changes the simulation, and changes are disabled", name),
                                 "set live.changes: true in the scenario"));
       }
       try {
@@ -363,16 +363,17 @@ class SessionCommands final : public Commands {
     static const std::vector<Entry> kEntries{
         {"help", false, "this list", &SessionCommands::help},
         {"status", false, "time, counts, and the latest fix of every receiver", &SessionCommands::status},
-        {"options", false, "a receiver's options as they are: {\"receiver\": NAME}",
+        {"options", false, "the present options of a receiver: {\"receiver\": NAME}",
          &SessionCommands::options},
-        {"set", true, "changes them; the receiver restarts: {\"receiver\": NAME, \"options\": {KEY: VALUE}}",
+        {"set", true,
+         "changes options; the receiver restarts: {\"receiver\": NAME, \"options\": {KEY: VALUE}}",
          &SessionCommands::set},
-        {"faults", false, "every receiver's timeline", &SessionCommands::faults},
+        {"faults", false, "the fault timelines of all receivers", &SessionCommands::faults},
         {"add_fault", true,
-         "puts a fault on the timeline, from now on without 'from_s': {\"fault\": {\"duration_s\": 10, KIND: "
-         "{...}}}; 'canyon faults list' has the kinds",
+         "adds a fault to the timeline, from now on without 'from_s': {\"fault\": {\"duration_s\": 10, KIND: "
+         "{...}}}; 'canyon faults list' lists the kinds",
          &SessionCommands::add_fault},
-        {"end_fault", true, "ends one: {\"name\": NAME}", &SessionCommands::end_fault},
+        {"end_fault", true, "ends a fault: {\"name\": NAME}", &SessionCommands::end_fault},
         {"stop", true, "ends the run", &SessionCommands::end}};
     return kEntries;
   }
@@ -388,7 +389,7 @@ class SessionCommands final : public Commands {
     });
   }
 
-  /// The receiver that a command names; without a name the first.
+  /// The receiver named in a command; without a name the first.
   [[nodiscard]] const AdjustableReceiver& receiver(const Json& command) const {
     const std::string name = name_in(command, "receiver");
     return name.empty() ? context.receivers.front() : named(name, context.receivers);
@@ -444,7 +445,7 @@ class SessionCommands final : public Commands {
                   context.receivers);
     return {{"ok", true}};
   }
-  /// The receivers that a command is for: the one that it names, or all.
+  /// The receivers of a command: the named one, or all.
   [[nodiscard]] Receivers meant(const Json& command) const {
     return command.contains("receiver") ? Receivers{receiver(command)} : context.receivers;
   }

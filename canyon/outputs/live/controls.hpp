@@ -16,8 +16,8 @@
 #include "canyon/outputs/live/session.hpp"
 #include "canyon/run/live_receiver.hpp"
 
-// Options and faults of receivers, read and set while they run: by services of hosts, whose requests come
-// from any thread and are answered by the host's own between two steps, and by the commands of a session.
+// Reads and sets options and faults of running receivers: for services of hosts (requests come from any
+// thread; the host's thread handles them between two steps) and for commands of a session.
 
 namespace canyon::live {
 
@@ -32,42 +32,42 @@ struct OptionsRequest {
   std::filesystem::path source = "request";  ///< for messages and relative paths of `text`
 };
 
-/// A receiver that runs, as requests see it.
+/// A running receiver, as used by requests.
 struct AdjustableReceiver {
   std::string name;
   simulation::LiveReceiver* receiver = nullptr;
-  /// Called after a change: the host's copies of receiver->config(), its rate and lever arm, may be out of
-  /// date.
+  /// Called after a change: the host updates its copies of receiver->config(), rate and lever arm.
   std::function<void()> changed = {};
-  simulation::LiveReceiver* base = nullptr;  ///< beside it, to which its faults go as well; null: none
+  simulation::LiveReceiver* base = nullptr;  ///< its base, which gets its faults too; null: none
   bool changes_rate = true;                  ///< rate_hz may change while it runs
 };
 
-/// The answer, for people and programs: several lines without one at the end.
-///  - Get, of one receiver: "key: value" a line, which Set takes; of all: sections of such lines by receiver.
-///  - Set: "set NAME: key: old -> new" for each change, or "unchanged: ..."; all receivers that are asked for
-///  take their change, and begin anew (but for rate_hz alone), or none does.
-///  - Faults: "NAME: FAULT (KIND) from 3 s until 23 s, at work" a line; "none".
-///  - AddFault, EndFault: "added NAME: FAULT", "ended NAME: FAULT" for each receiver; they go on.
-///  - "refused: why; cure", and nothing has changed.
+/// The response, readable by people and programs: lines without a newline at the end.
+///  - Get of one receiver: lines "key: value", which Set accepts; of all: one section per receiver.
+///  - Set: "set NAME: key: old -> new" for each change, or "unchanged: ..."; either all requested receivers
+///  are changed and restart (rate_hz alone needs no restart), or none.
+///  - Faults: lines "NAME: FAULT (KIND) from 3 s until 23 s, at work"; "none".
+///  - AddFault, EndFault: "added NAME: FAULT", "ended NAME: FAULT" for each receiver, without a restart.
+///  - "refused: REASON; HINT" if nothing was changed.
 /// Never throws InputError.
 [[nodiscard]] std::string answer(const OptionsRequest& request,
                                  const std::vector<AdjustableReceiver>& receivers);
-/// The same, but throws InputError instead of "refused: ...".
+/// As answer(), but throws InputError instead of "refused: ...".
 std::string perform(const OptionsRequest& request, const std::vector<AdjustableReceiver>& receivers);
 
-/// A queue in which requests wait for the host's thread.
+/// A queue of requests to the host's thread.
 class OptionsDesk {
  public:
-  /// A transport may have one thread for all that a process receives: a request must not hold it for long.
+  /// Keep it short: a transport may have a single thread for all that a process receives, which waits
+  /// meanwhile.
   static constexpr std::chrono::milliseconds kPatience{1000};
 
-  /// Any thread but the host's. Waits for the answer; "refused: ..." where nobody serves within `patience`.
+  /// For any thread but the host's. Waits for the response; "refused: ..." if not served within `patience`.
   [[nodiscard]] std::string ask(OptionsRequest request, std::chrono::milliseconds patience = kPatience);
-  /// Answers waiting requests. For the host's thread, at every update, paused or not. `receivers` is called
+  /// Handles queued requests. For the host's thread, at every update, paused or not. `receivers` is called
   /// only if there are requests.
   void serve(const std::function<std::vector<AdjustableReceiver>()>& receivers);
-  /// Nobody serves any longer: all who wait, and who come, are refused.
+  /// Stops serving. Rejects pending and later requests.
   void close();
 
  private:
@@ -83,12 +83,11 @@ class OptionsDesk {
   bool closed_ = false;
 };
 
-/// A service that a transport offers for each kind of request.
+/// The services of a transport, one for each kind of request.
 struct ControlService {
   const char* name;  ///< the last part of its name: "add_fault"
   OptionsRequest::Kind kind;
-  bool of_faults =
-      true;  ///< offered by ROS as well: canyon_msgs/FaultCommand, text in, success and message out
+  bool of_faults = true;  ///< also a ROS service: canyon_msgs/FaultCommand, text in, success and message out
 };
 inline constexpr ControlService kControlServices[]{{"get_options", OptionsRequest::Kind::Get, false},
                                                    {"set_options", OptionsRequest::Kind::Set, false},
@@ -98,14 +97,14 @@ inline constexpr ControlService kControlServices[]{{"get_options", OptionsReques
 
 struct ServiceReply {
   bool success = false;
-  std::string message;  ///< as answer() says it
+  std::string message;  ///< as answer() returns it
 };
 
-/// Answers the services of faults of one receiver, in the thread of their caller.
+/// Handles the fault services of one receiver, in the thread of the caller.
 struct FaultAnswerer {
   std::function<std::string(const OptionsRequest&)> answer;
   bool changes = false;       ///< requests may change the simulation
-  std::string allow_by = {};  ///< how somebody allows it, "set the parameter live.changes"
+  std::string allow_by = {};  ///< how to allow them, "set the parameter live.changes"
 
   /// Calls `answer` if the request is allowed.
   [[nodiscard]] ServiceReply call(OptionsRequest::Kind kind, const std::string& text) const;
@@ -117,22 +116,22 @@ struct CommandContext {
   std::vector<AdjustableReceiver> receivers;
   const SessionFigures& figures;
   bool changes = false;           ///< may change the simulation
-  std::function<double()> now_s;  ///< the scenario's time
+  std::function<double()> now_s;  ///< scenario time
 };
 
-/// Requests to a running session as JSON: one object a line in, one out, {"ok": true, ...} or {"ok": false,
+/// Requests to a running session as JSON: one object per line in, one out, {"ok": true, ...} or {"ok": false,
 /// "error": ..., "cure": ...} (docs/live.md lists them).
 class Commands {
  public:
   virtual ~Commands() = default;
-  /// Answers a line; never throws.
+  /// Returns the response to a line; never throws.
   [[nodiscard]] virtual std::string answer(std::string_view line) = 0;
-  /// The latest epoch of a receiver, for status requests.
+  /// Stores the latest epoch of a receiver, for status requests.
   virtual void keep(const simulation::Epoch& epoch) = 0;
-  /// Somebody asked for the end of the run.
+  /// A client requested the end of the run.
   [[nodiscard]] virtual bool stopped() const = 0;
 };
-/// Answers the lines that come by a link.
+/// Answers the lines received from a link.
 [[nodiscard]] std::unique_ptr<Commands> make_commands(CommandContext context,
                                                       std::shared_ptr<transport::Link> link);
 

@@ -30,7 +30,7 @@ simulation::LiveReceiver receiver(const std::string& more = "") {
   return {config, std::make_shared<simulation::CityScene>(city::City{}), *config.start};
 }
 
-// Options are asked for over ports and services: by others than who wrote the scenario.
+// Requests for options arrive over ports and services, not from the author of the scenario.
 TEST(RunningOptions, ShowNoPasswordAndAreTakenBack) {
   simulation::LiveConfig config = receiver().config();
   for (const char* from : {"ntrip://me:SECRET@h:1/M", "ntrip://me@example.com:SECRET@h:1/M"}) {
@@ -129,7 +129,7 @@ TEST_F(OptionsDeskTest, RefusesWhatCannotBeAndChangesNothing) {
             "car:\n  elevation_mask_deg: 5\ndrone:\n  elevation_mask_deg: 5");
 }
 
-// A receiver with new options is one that was built with them.
+// A receiver with new options equals one that was built with them.
 TEST_F(OptionsDeskTest, AChangedReceiverIsThatOfItsOptions) {
   const std::string text = "noise: {enabled: true}\nclock: {bias_s: 1.0e-4}";
   simulation::LiveReceiver built = receiver(text);
@@ -153,7 +153,7 @@ TEST_F(OptionsDeskTest, AChangedReceiverIsThatOfItsOptions) {
   EXPECT_GT(compared, 10);
 }
 
-// The receiver's epochs come at other times, and nothing else has changed.
+// The receiver's epochs are at other times, and nothing else has changed.
 TEST_F(OptionsDeskTest, AnotherRateAloneLeavesTheReceiverAsItIs) {
   const std::string text = "noise: {enabled: true}\nclock: {bias_s: 1.0e-4}";
   simulation::LiveReceiver kept = receiver(text), other = receiver(text);

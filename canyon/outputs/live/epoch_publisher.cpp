@@ -25,7 +25,7 @@ class StreamPublisher final : public EpochPublisher {
   ~StreamPublisher() override {
     try {
       stream_->finish();
-    } catch (const std::exception&) {  // a full disk leaves no file, and nobody is left to report to
+    } catch (const std::exception&) {  // a full disk: no file, and no way to report it here
     }
   }
   StreamPublisher(const StreamPublisher&) = delete;

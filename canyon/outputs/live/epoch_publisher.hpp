@@ -17,31 +17,32 @@
 
 namespace canyon::live {
 
-/// A host's receiver and its report of one update.
+/// The report of a host's receiver about one update.
 struct ReceiverReport {
   std::int64_t sim_time_ns = 0;  ///< time of the host's clock
-  /// Null if the truth has not come (pose_topic silent or too old): there is no epoch, for this `reason`.
+  /// Null, with `reason`, if there is no epoch because the truth is missing (pose_topic silent or too old).
   const simulation::LiveReceiver::Step* step = nullptr;
-  const simulation::LiveReceiver::Step* base = nullptr;  ///< of its own base at that instant; null: none
+  const simulation::LiveReceiver::Step* base = nullptr;  ///< the epoch of its own base; null: none
   std::string reason;
   Eigen::Vector3d antenna_world_m = Eigen::Vector3d::Zero();                ///< in the host's world frame
   Eigen::Quaterniond link_attitude_world = Eigen::Quaterniond::Identity();  ///< world from link
   double world_yaw_from_enu_rad = 0;  ///< yaw in the world frame = yaw in ENU + this
-  /// One range [m] per ray, as the paper's ray sensor has them: direct and mirror ray of each satellite of
-  /// step->arrival.views in turn; infinite for none. Empty where no scan is published.
+  /// One range [m] per ray, as of the paper's ray sensor: direct and mirror ray of each satellite of
+  /// step->arrival.views in turn; infinite for no ray. Empty if no scan is published.
   std::vector<double> scan_ranges_m;
   double scan_max_range_m = 0;
-  double compute_s = 0;  ///< real time that the epoch took
+  double compute_s = 0;  ///< real time to compute the epoch
 };
 
-/// An output of a host. Called from one thread at a time, the simulation's or one that it waits for: quick.
-/// Where it throws it has failed: HostedReceiver says so and ends it, and goes on without it.
+/// An output of a host. Called from one thread at a time, the simulation's or one that the simulation waits
+/// for, so calls must be short. If it throws, HostedReceiver logs the error, removes the publisher and
+/// continues.
 class EpochPublisher {
  public:
   virtual ~EpochPublisher() = default;
   virtual void publish(const ReceiverReport& report) = 0;
-  /// An update of the world without an epoch, at this time of the host's clock: a driver at the other end of
-  /// a line gets its answers, and what is late in the line arrives.
+  /// An update of the world without an epoch, at this time of the host's clock: answers drivers at the other
+  /// end of a line and sends delayed bytes that are due.
   virtual void serve(std::int64_t /*sim_time_ns*/) {}
   /// The world was reset or time jumped back.
   virtual void reset() {}
@@ -49,35 +50,35 @@ class EpochPublisher {
   [[nodiscard]] virtual std::vector<std::string> take_notes() { return {}; }
 };
 
-/// Opens the link of a host's own address, such as a topic; null: the address is the engine's.
+/// Opens the link of a host's own kind of address, such as a topic; null: the engine opens the address.
 using LinkOpener = std::function<std::shared_ptr<transport::Link>(const output::StreamRequest& request)>;
 
-/// Epochs in any of the engine's formats by any of its transports: "nmea=tcp://127.0.0.1:10110" (see
-/// output::parse_stream() and transport::open_transport()). Files are whole when it is destroyed. Updates
-/// without an epoch send nothing: readers take a silent receiver for a lost one. Latencies pass by the host's
-/// clock.
+/// Epochs in any of the engine's formats over any of its transports: "nmea=tcp://127.0.0.1:10110" (see
+/// output::parse_stream() and transport::open_transport()). Files are complete when it is destroyed. Updates
+/// without an epoch send nothing: readers treat a silent receiver as lost. Latencies are in time of the
+/// host's clock.
 /// @param setting the setting of the stream, for messages: "nmea_port"
-/// @param receivers of the host's receiver, which a stream that names none is of, and of its base, if any:
+/// @param receivers the host's receiver, the default of a stream without a name, and its base, if any:
 /// "base/rtcm=tcp://127.0.0.1:2102"
-/// @param open asked first
-/// @param device gets what a driver sends to the host's receiver over its line: corrections and restarts;
-/// null: nobody. It outlives the publisher.
-/// Throws InputError, which names `setting`, where the stream cannot be opened.
+/// @param open tried first
+/// @param device gets the corrections and restarts that a driver sends to the host's receiver over its line;
+/// null: none. It outlives the publisher. Throws InputError, which names `setting`, if the stream cannot
+/// be opened.
 [[nodiscard]] std::unique_ptr<EpochPublisher> make_stream_publisher(
     const std::string& setting, std::string_view stream,
     const std::vector<output::ReceiverDescription>& receivers, const LinkOpener& open = {},
     simulation::LiveReceiver* device = nullptr);
 
-/// `stream` with `{model}` replaced by a model's name and `{number}` by the number at its end, 0 without one,
-/// so that one setting serves several vehicles: of x500_1 "ubx=pty:/tmp/gps{number}" is "ubx=pty:/tmp/gps1".
-/// Throws InputError, which names `setting`, for other names in braces.
+/// `stream` with `{model}` replaced by a model's name and `{number}` by the number at the name's end (0 if it
+/// has none), so that one setting serves several vehicles: for x500_1 "ubx=pty:/tmp/gps{number}" is
+/// "ubx=pty:/tmp/gps1". Throws InputError, which names `setting`, for other names in braces.
 [[nodiscard]] std::string stream_of_model(const std::string& setting, const std::string& stream,
                                           const std::string& model);
 
-/// Warnings of the sky that receivers share are said once. Thread-safe.
+/// Logs warnings of a sky that several receivers share once. Thread-safe.
 class SkyWarnings {
  public:
-  /// Takes a receiver's warnings. @param say gets each line that no receiver has said of its sky before
+  /// Logs a receiver's warnings. @param say gets each line that no receiver has logged of its sky before
   void take(simulation::LiveReceiver& receiver,
             const std::function<void(const std::string& line, bool of_sky)>& say);
 

@@ -27,7 +27,7 @@ std::shared_ptr<simulation::CityScene> open_field(const WorldFrame& frame) {
   return std::make_shared<simulation::CityScene>(std::move(city));
 }
 
-/// A reader throws its fault for a format that is not known.
+/// The reader throws an error for an unknown format.
 void visit_streams(options::Visitor& v, const options::Field& field, std::vector<std::string>& streams) {
   v.texts(field, streams);
   if (!v.reads()) return;
@@ -76,7 +76,7 @@ void HostedReceiver::start_receiver() {
   auto& fixed = options_.live.receiver().fixed;
   if (fixed) fixed->settle(frame_.enu);
   simulation::LiveConfig config = options_.live;
-  if (config.base() != nullptr) config.receivers[1].options.corrections = {};  // it takes none here
+  if (config.base() != nullptr) config.receivers[1].options.corrections = {};  // it uses none here
   run_.emplace(std::move(config), city_ ? city_ : open_field(frame_), start_);
   if (tracer_) receiver().set_tracer(tracer_);
   say_warnings();
@@ -144,7 +144,7 @@ void HostedReceiver::set_scene(std::shared_ptr<WorldScene> scene, std::optional<
 
 void HostedReceiver::set_frame(const WorldFrame& frame) {
   frame_ = frame;
-  start_receiver();  // a sky given by directions is one about the world's origin
+  start_receiver();  // a sky given by directions is relative to the world's origin
   has_scene_ = false;
 }
 
@@ -274,7 +274,7 @@ void HostedReceiver::compute(const Motion& motion) {
   for (const std::size_t r : run_->order()) {
     const std::optional<simulation::Pose> fixed = run_->fixed_pose(r, now);
     if (r != 0 && !fixed && !antennas.base)
-      throw InputError("the base has no place", "give it fixed: {east_m: ..., ...}");
+      throw InputError("the base has no position", "give it fixed: {east_m: ..., ...}");
     due.push_back({r, now, r == 0 ? antennas.receiver : fixed ? fixed : antennas.base});
     if (due.back().antenna) due.back().antenna->time = now;
     due.back().inputs.continuous = std::holds_alternative<Antennas>(motion);
@@ -325,25 +325,25 @@ std::vector<double> HostedReceiver::scan(const propagation::Arrival& arrival) co
 void visit_word(options::Visitor& v, const options::Field& field, std::string& value) {
   v.text(field, value);
   if (v.reads() && split_blanks(value).size() > 1)
-    throw v.fault(field.name, fmt::format("'{}' has blanks in it", value), "write one word");
+    throw v.fault(field.name, fmt::format("'{}' contains blanks", value), "write one word");
 }
 
 void visit_host(options::Visitor& v, HostOptions& o, std::string& frame_id,
                 const std::function<void()>& of_pose) {
-  visit_word(v,
-             {"frame_id", "", "of all messages of ROS: the antenna's frame",
-              frame_id.empty() ? "the link's name" : ""},
-             frame_id);
+  visit_word(
+      v,
+      {"frame_id", "", "the antenna's frame in all ROS messages", frame_id.empty() ? "the link's name" : ""},
+      frame_id);
   visit_streams(
       v,
       {"streams", "",
-       "FORMAT=ADDRESS, one or several, as of canyon simulate --stream: nmea=tcp://127.0.0.1:10110; "
-       "of a node of ROS 2 rtcm=topic:NAME publishes rtcm_msgs/Message"},
+       "FORMAT=ADDRESS, one or several, as for canyon simulate --stream: nmea=tcp://127.0.0.1:10110; "
+       "in a ROS 2 node rtcm=topic:NAME publishes rtcm_msgs/Message"},
       o.streams);
   v.section("pose", [&] {
     if (of_pose) of_pose();
     v.number({"timeout_s", "s",
-              "of the host's time since the last pose from outside came; without truth there is no epoch"},
+              "of the host's time since the last external pose; without truth there is no epoch"},
              o.pose_timeout_s, {1e-3, 1e6});
   });
 }
@@ -406,7 +406,7 @@ void HostBases::find_base(std::size_t number) {
   }
   if (!base) {
     return rover.say(Tone::Warning,
-                     fmt::format("there is no receiver '{}' in this world yet, whose corrections it takes; "
+                     fmt::format("it uses corrections of receiver '{}', which is not in this world yet; "
                                  "receivers: {}; give one <name>{}</name>",
                                  from, fmt::join(names, ", "), from));
   }

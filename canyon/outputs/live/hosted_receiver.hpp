@@ -21,63 +21,63 @@
 
 namespace canyon::live {
 
-/// The settings of one receiver in a host, whatever the host's language is: a scenario, and what each host
-/// adds to it. Simulators (HostSettings) and the node of ROS 2 (NodeSettings) add what only they know.
+/// The settings of one receiver common to all hosts: a scenario and the host's settings. Simulators
+/// (HostSettings) and the ROS 2 node (NodeSettings) add their own.
 struct HostOptions {
-  /// One receiver and, where it takes corrections of another, that as its base.
+  /// One receiver and, if it uses corrections of another receiver, that one as its base.
   simulation::LiveConfig live;
-  bool named = false;  ///< `name` stands; where not, the receiver's name is not the user's
+  bool named = false;  ///< `name` is the user's; else the receiver has a default name
   double pose_timeout_s =
-      0.5;  ///< age of a pose from outside, in the host's time, after which it is no truth; > 0
+      0.5;  ///< maximum age of an external pose in the host's time; older ones are not used as truth; > 0
   std::vector<std::string> streams;  ///< each FORMAT=ADDRESS (output::parse_stream())
 };
 
-/// The fields of every host, but for those of `live`. @param frame_id of its messages; empty: the host's own
+/// Fields of all hosts except those of `live`. @param frame_id of its messages; empty: the host's default
 /// @param of_pose a host's own fields in the section `pose`
 void visit_host(options::Visitor& v, HostOptions& o, std::string& frame_id,
                 const std::function<void()>& of_pose = {});
 
-/// A word of a host, such as a topic: a reader throws its fault for blanks in it.
+/// A word of a host, such as a topic; the reader throws this error if it has blanks.
 void visit_word(options::Visitor& v, const options::Field& field, std::string& value);
 
-/// What a host says of one receiver before it runs.
+/// Setup of one receiver by its host.
 struct HostSetup {
   HostOptions options;
-  std::string name;        ///< in front of its messages; empty: none
+  std::string name;        ///< prefix of its messages; empty: none
   WorldFrame frame;        ///< of the host's world in the city
-  geodesy::GpsTime start;  ///< of the host's time 0, where the options have no start
-  double rate_hz = 10;     ///< where the options have none
-  bool scan = false;       ///< reports have ranges of rays
-  std::int64_t epochs = simulation::EpochSchedule::kEndless;  ///< that a drive has, which ends
-  /// The vehicle's sensors from `start` on, for `options.live` that is LiveConfig::with_sensors.
+  geodesy::GpsTime start;  ///< of the host's time 0, if the options have no start
+  double rate_hz = 10;     ///< if the options have none
+  bool scan = false;       ///< reports include ranges of rays
+  std::int64_t epochs = simulation::EpochSchedule::kEndless;  ///< of a drive with an end
+  /// The vehicle's sensors from `start` on, if `options.live` is LiveConfig::with_sensors.
   std::function<simulation::SensorRun()> sensors = {};
-  /// Settings, for messages, and texts FORMAT=ADDRESS (output::parse_stream()), open while it lives.
+  /// Setting (for messages) and FORMAT=ADDRESS (output::parse_stream()) of each stream, open in its lifetime.
   std::vector<std::pair<std::string, std::string>> streams = {};
   std::string model = {};                  ///< for stream_of_model()
-  LinkOpener open_link = {};               ///< of streams with the host's own addresses
-  std::vector<std::string> warnings = {};  ///< said at once
+  LinkOpener open_link = {};               ///< for streams with the host's own kinds of address
+  std::vector<std::string> warnings = {};  ///< logged at once
   Say say;
-  /// Of all receivers of the world; null: of this one.
+  /// Shared by all receivers of the world; null: of this receiver alone.
   std::shared_ptr<SkyWarnings> sky_warnings = {};
   std::shared_ptr<simulation::CityScene> city = {};  ///< null: an open field, until set_scene()
 };
 
-/// One receiver in a host: schedule, epochs, corrections, publishers and warnings. The host brings time,
+/// One receiver in a host: schedule, epochs, corrections, publishers and warnings. The host provides time,
 /// truth and geometry. For one thread at a time.
 class HostedReceiver {
  public:
-  /// The receiver's antenna, and that of its base on the vehicle.
+  /// The receiver's antenna and its base's antenna on the vehicle.
   struct Antennas {
     simulation::Pose receiver;
     std::optional<simulation::Pose> base = {};
   };
-  /// The body that carries the antennas, in the world's frame, or these themselves.
+  /// The body with the antennas, or the antennas themselves, in the world's frame.
   using Motion = std::variant<simulation::RigidPose, Antennas>;
   /// Motion at this instant; empty, with `reason`, if there is none.
   using Truth = std::function<std::optional<Motion>(std::string& reason)>;
 
-  /// Throws InputError, whose text begins with the setup's name, as LiveReceiver does and where a stream
-  /// cannot be opened.
+  /// Throws InputError, whose text begins with the setup's name, as LiveReceiver does and if a stream cannot
+  /// be opened.
   explicit HostedReceiver(HostSetup setup);
   ~HostedReceiver();
   HostedReceiver(const HostedReceiver&) = delete;
@@ -87,69 +87,68 @@ class HostedReceiver {
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] double interval_s() const { return schedule_.interval_s(); }
 
-  /// Name of the receiver of the same world whose corrections it takes; empty: of none (HostBases).
+  /// Name of the receiver of the same world whose corrections it uses; empty: none (HostBases).
   [[nodiscard]] std::string base_elsewhere() const;
   [[nodiscard]] simulation::LiveReceiver& receiver() { return (*run_)[0]; }
   [[nodiscard]] const simulation::LiveReceiver& receiver() const { return (*run_)[0]; }
-  /// The epoch of the last finish(), until the next begin(); null: there was none.
+  /// The epoch of the last finish(), until the next begin(); null: none.
   [[nodiscard]] const simulation::LiveReceiver::Step* step() const { return report_.step; }
   /// The world's time of the last begin().
   [[nodiscard]] std::int64_t begun_ns() const { return report_.sim_time_ns; }
 
-  /// @param publisher null: none @param failure in front of what it throws: "cannot publish on ROS 2"; empty:
-  /// that ends the host's call
+  /// @param publisher null: none @param failure prefix of its errors: "cannot publish on ROS 2"; empty: an
+  /// error ends the host's call
   void add(std::unique_ptr<EpochPublisher> publisher, std::string failure = "an output has failed");
-  /// Rays go through this scene, in whose world `own_model` (empty: none) stays invisible.
+  /// Traces rays through this scene, in which `own_model` (empty: none) stays invisible.
   void set_scene(std::shared_ptr<WorldScene> scene, std::optional<HostWorld::Id> own_model);
-  /// The world's place on the Earth changed: the receiver starts anew there. A scene in the new frame must
-  /// follow before the next update. Throws InputError as the constructor.
+  /// The world's position on the Earth changed: restarts the receiver there. Set a scene in the new frame
+  /// before the next update. Throws InputError like the constructor.
   void set_frame(const WorldFrame& frame);
-  /// Rays of the host's own, and the ranges that it measured in the last epoch for the scan, which end at
-  /// `reach_m`.
+  /// Replaces the ray caster by the host's own. The scan gets the last epoch's ranges, at most `reach_m`.
   void set_tracer(simulation::Tracer tracer, std::function<std::vector<double>()> ranges, double reach_m);
-  /// Other options from the next epoch on, as LiveReceiver::set_config(); sky, frame and rate stay.
+  /// Other options from the next epoch on, like LiveReceiver::set_config(); sky, frame and rate stay.
   void set_config(simulation::LiveConfig config);
-  /// The receiver as requests of options see it at run time, under this name; valid until the next update.
+  /// The receiver under this name for requests that change options at run time; valid until the next update.
   [[nodiscard]] AdjustableReceiver adjustable(const std::string& name);
-  /// Called where the world was reset or went back in time, beside its own reset.
+  /// Called if the world was reset or its time went back, in addition to the receiver's own reset.
   void on_reset(std::function<void()> action) { on_reset_ = std::move(action); }
-  /// A message of RTCM 3 that came at `now_ns`, for a receiver whose corrections come by a topic.
+  /// Takes an RTCM 3 message received at `now_ns`, for a receiver with corrections from a topic.
   void take_rtcm(std::string_view bytes, std::int64_t now_ns);
 
-  /// Call it in every update of the world with its time. It makes an epoch where one is due. It throws
-  /// nothing but what HostSetup::say throws.
+  /// Call it in every update of the world with the world's time. Computes an epoch if one is due. Throws only
+  /// if HostSetup::say throws.
   void update(std::int64_t now_ns, const Truth& truth) {
     if (!due(now_ns)) return serve(now_ns);
     begin(now_ns, truth);
     finish();
   }
-  /// Instead of update(), for truth that is known for any time: makes every epoch until `now_ns` at its own
-  /// instant, in their order. @param truth the motion at an epoch's instant
+  /// Instead of update(), if the truth is known for any time: computes all epochs until `now_ns` in order,
+  /// each at its own instant. @param truth the motion at an epoch's instant
   void follow(std::int64_t now_ns,
               const std::function<std::optional<Motion>(std::int64_t at_ns, std::string& reason)>& truth);
-  /// The instant of follow()'s next epoch; one interval behind the last one where all have been made.
+  /// The instant of follow()'s next epoch; one interval after the last one if all have been computed.
   [[nodiscard]] std::int64_t next_ns() const { return schedule_.next_ns(); }
-  /// All HostSetup::epochs have been made.
+  /// Whether all HostSetup::epochs have been computed.
   [[nodiscard]] bool over() const { return schedule_.over(); }
-  /// update() in parts, for hosts that compute epochs beside the simulation. due() is for the simulation's
-  /// thread, at any time; where it is true, begin() follows there and asks truth and world, then finish()
-  /// once, in any thread, which computes and publishes. Everything else has to wait for finish().
+  /// update() in parts, for hosts that compute epochs in parallel with the simulation. Call due() in the
+  /// simulation's thread at any time. If it is true, call begin() there, which reads truth and world, then
+  /// finish() once in any thread, which computes and publishes. Any other call must wait for finish().
   [[nodiscard]] bool due(std::int64_t now_ns);
   void begin(std::int64_t now_ns, const Truth& truth);
   void finish();
-  /// Call it in updates without an epoch, also while the world is paused, but not between begin() and
-  /// finish(): publishers serve their lines.
+  /// Lets publishers serve their lines. Call it in updates without an epoch, also if paused, but not between
+  /// begin() and finish().
   void serve(std::int64_t now_ns);
-  /// Brings the receiver back to the state after construction.
+  /// Resets the receiver to its state after construction.
   void reset();
-  /// Once each, without passwords. @param of_all it is not of this receiver alone: without its name
+  /// Logs each once, without passwords. @param of_all not of this receiver alone: logged without its name
   void say(Tone tone, const std::string& line, bool of_all = false);
 
  private:
   void start_receiver();
   void make_rtcm();
   void say_warnings();
-  /// Gives each publisher its work, then says its notes; those that fail end.
+  /// Calls each publisher, then logs its notes; removes those that fail.
   void publish(const std::function<void(EpochPublisher&)>& work);
   void begin_anew();
   void begin_sensors();
@@ -188,21 +187,21 @@ class HostedReceiver {
   std::shared_ptr<SkyWarnings> sky_warnings_;
   std::int64_t last_ns_ = 0;
   bool went_back_ = false;  // in time, since the last epoch
-  ReceiverReport report_;   // of the epoch that is begun
+  ReceiverReport report_;   // of the epoch in progress
   std::optional<Motion> motion_;
 };
 
 /// Corrections between the receivers of one world: `corrections.from` of one is the name of another. A base
-/// on the same vehicle moves, and gives the vehicle's heading. One elsewhere is a station that states its
-/// true place. Not thread-safe.
+/// on the same vehicle moves and yields the vehicle's heading. Any other base is a station that reports its
+/// true position. Not thread-safe.
 class HostBases {
  public:
   /// @param vehicle the same for receivers of one vehicle
   void add(HostedReceiver& receiver, std::uint64_t vehicle);
   void remove(const HostedReceiver& receiver);
 
-  /// HostedReceiver::finish() of the receivers that have begun an epoch of one instant, in any thread: each
-  /// with the corrections that have come for it, and a base before those that take its corrections.
+  /// Calls HostedReceiver::finish() of all receivers with an epoch in progress at one instant, in any thread:
+  /// each with the corrections received for it, a base before the receivers that use its corrections.
   void finish(const std::vector<HostedReceiver*>& begun);
 
  private:
@@ -213,7 +212,7 @@ class HostBases {
   };
   void find_base(std::size_t number);
 
-  std::vector<Member> members_;  // their places are the numbers in `links_`
+  std::vector<Member> members_;  // `links_` refers to their indices
   simulation::CorrectionLinks links_;
 };
 

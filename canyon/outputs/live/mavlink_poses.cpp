@@ -49,10 +49,10 @@ std::optional<Quaterniond> attitude(const Vector3d& roll_pitch_yaw) {
   return attitude(mavlink::Quaternion{q.w(), q.x(), q.y(), q.z()});
 }
 
-/// MAV_FRAME of Odometry: its axes, as far as Canyon knows them.
+/// MAV_FRAME of Odometry: the axes of the frames that Canyon supports.
 struct MavFrame {
   int number;
-  bool ned;  ///< else ENU; of bodies FRD, else FLU
+  bool ned;  ///< NED, else ENU; for bodies FRD, else FLU
 };
 constexpr std::array<MavFrame, 5> kLocalFrames{
     {{1, true}, {4, false}, {7, true}, {20, true}, {21, false}}};  // LOCAL_NED, LOCAL_ENU, LOCAL_OFFSET_NED,
@@ -66,7 +66,7 @@ std::optional<bool> is_ned(const std::array<MavFrame, N>& frames, int number) {
   return std::nullopt;
 }
 
-/// A time of 0 is not given: PX4 sends HIL_STATE_QUATERNION so.
+/// A time of 0 means unknown, as in PX4's HIL_STATE_QUATERNION.
 constexpr std::optional<double> us(std::uint64_t time_us) {
   if (time_us == 0) return std::nullopt;
   return static_cast<double>(time_us) * 1e-6;
@@ -82,7 +82,7 @@ class MavlinkPoses final : public PoseDecoder {
     known.insert(known.end(), {"LOCAL_POSITION_NED", "GLOBAL_POSITION_INT"});
     for (const std::string& name : taken_) {
       if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-      throw InputError(fmt::format("MAVLink's message '{}' has no pose", name),
+      throw InputError(fmt::format("MAVLink message '{}' has no pose", name),
                        fmt::format("it is one of {}", fmt::join(known, ", ")));
     }
   }
@@ -100,7 +100,7 @@ class MavlinkPoses final : public PoseDecoder {
   }
 
   [[nodiscard]] std::string request() override {
-    // Sends it as a companion computer: autopilots answer on ports where somebody lives.
+    // A heartbeat of a companion computer: autopilots send only to ports with a live partner.
     mavlink::Heartbeat heartbeat;
     heartbeat.type = 18;  // MAV_TYPE_ONBOARD_CONTROLLER
     const mavlink::Sender self{1, 191};
@@ -127,7 +127,7 @@ class MavlinkPoses final : public PoseDecoder {
   }
   void place(PoseReport& report, std::string_view name, double latitude_deg, double longitude_deg,
              double height_m) {
-    // Autopilots without a fix send 0, 0 or the largest integers.
+    // Autopilots without a fix send 0, 0 or the maximum integers.
     if (simulation::is_nowhere(latitude_deg, longitude_deg))
       complaints_.add(fmt::format("{} at latitude 0, longitude 0, as before a fix", name));
     else if (is_on_earth(latitude_deg, longitude_deg) && std::isfinite(height_m))
@@ -136,7 +136,7 @@ class MavlinkPoses final : public PoseDecoder {
       complaints_.add(fmt::format("{} with a latitude, longitude or height out of range", name));
   }
 
-  /// Empty for messages that are not taken, and for those without a pose.
+  /// Empty for unused messages and for messages without a pose.
   template <typename Message>
   [[nodiscard]] std::optional<PoseReport> report_of([[maybe_unused]] mavlink::Sender sender,
                                                     const Message& m) {
@@ -152,7 +152,7 @@ class MavlinkPoses final : public PoseDecoder {
     PoseReport report = begin(sender, std::nullopt);
     place(report, m.kName, m.latitude_deg(), m.longitude_deg(), m.altitude_m);
     report.attitude = attitude(m.ned_from_frd);
-    // Simulators that leave the quaternion out send angles.
+    // Simulators without a quaternion send angles.
     if (!report.attitude) report.attitude = attitude(m.roll_pitch_yaw_rad);
     report.velocity_mps = enu_from_ned() * m.velocity_ned_mps;
     report.rates_body_radps = flu_from_frd() * m.rates_frd_radps;
@@ -183,8 +183,8 @@ class MavlinkPoses final : public PoseDecoder {
                child_ned = is_ned(kLocalFrames, m.child_frame);
     if (!world_ned || (!body_frd && !child_ned)) {
       complaints_.add(
-          fmt::format("ODOMETRY in MAV_FRAME {} with velocities in {}, which Canyon does not know", m.frame,
-                      m.child_frame));
+          fmt::format("ODOMETRY with a pose in MAV_FRAME {} and velocities in {}: unsupported frames",
+                      m.frame, m.child_frame));
       return std::nullopt;
     }
     PoseReport report = begin(sender, us(m.time_us));
@@ -193,7 +193,7 @@ class MavlinkPoses final : public PoseDecoder {
     report.position_m = world * m.position_m;
     report.attitude = attitude(m.frame_from_body, world, body);
     if (!m.velocity_mps.allFinite()) {
-      // The message gives no velocity.
+      // The message has no velocity.
     } else if (!body_frd) {
       report.velocity_mps = enu_from(*child_ned ? WorldAxes::NED : WorldAxes::ENU) * m.velocity_mps;
     } else if (report.attitude) {
@@ -202,7 +202,7 @@ class MavlinkPoses final : public PoseDecoder {
     if (m.rates_radps.allFinite()) report.rates_body_radps = body * m.rates_radps;
     return report;
   }
-  // An attitude of its own message goes with the position that follows.
+  // An attitude in a separate message belongs to the next position.
   void remember(mavlink::Sender sender, const mavlink::AttitudeEuler& m) {
     attitudes_[sender.system] = {attitude(m.roll_pitch_yaw_rad), flu_from_frd() * m.rates_frd_radps};
   }

@@ -8,8 +8,8 @@
 
 namespace canyon::live {
 
-/// Poses in MAVLink messages, which say their own frames. PoseReport::id is the system's number.
-/// @param messages names of those to take; empty: SIM_STATE, HIL_STATE_QUATERNION, ATT_POS_MOCAP,
+/// Poses in MAVLink messages, whose frames are defined by the message. PoseReport::id is the system ID.
+/// @param messages names of messages to use; empty: SIM_STATE, HIL_STATE_QUATERNION, ATT_POS_MOCAP,
 /// VISION_POSITION_ESTIMATE and ODOMETRY, which carry the truth of a simulator or of motion capture. Others
 /// carry an autopilot's estimate: LOCAL_POSITION_NED, GLOBAL_POSITION_INT. Throws InputError for unknown
 /// ones.

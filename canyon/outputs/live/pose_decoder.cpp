@@ -67,7 +67,7 @@ std::string Complaints::take() {
 
 namespace {
 
-/// Turns vectors from the sender's axes to ours.
+/// Rotates vectors from the sender's axes to Canyon's.
 class Axes {
  public:
   explicit Axes(const simulation::PoseSourceOptions& options)
@@ -77,7 +77,7 @@ class Axes {
   [[nodiscard]] Quaterniond attitude(const Quaterniond& given) const {
     return Quaterniond(world_ * given.normalized().toRotationMatrix() * body_.transpose());
   }
-  /// @param yaw_rad from the first axis: of ENU counter-clockwise, of NED clockwise
+  /// @param yaw_rad from the first axis: counter-clockwise in ENU, clockwise in NED
   [[nodiscard]] Quaterniond level(double yaw_rad) const {
     const double enu_rad = ned_ ? geodesy::radians(90) - yaw_rad : yaw_rad;
     return Quaterniond(Eigen::AngleAxisd(enu_rad, Vector3d::UnitZ()));
@@ -102,7 +102,7 @@ class JsonPoses final : public PoseDecoder {
       if (!why.empty()) complaints_.add(why);
     };
     lines.receive(received, take);
-    // A sender may leave the end of the line out.
+    // The line break at the end may be missing.
     const std::string& rest = lines.rest();
     if (!rest.empty() && rest.back() == '}' && Json::try_parse(rest)) lines.finish(take);
   }
@@ -133,7 +133,7 @@ class JsonPoses final : public PoseDecoder {
     return std::nullopt;
   }
 
-  /// NaN and Infinity are no numbers of JSON: senders write null, or what Json::parse() takes for it.
+  /// JSON has no NaN and Infinity: senders write null, or a text that Json::parse() reads as null.
   static std::string not_finite(std::string_view key) {
     return fmt::format("'{}' has a value that is not finite", key);
   }
@@ -184,13 +184,14 @@ class JsonPoses final : public PoseDecoder {
     }
     const bool geodetic = given("latitude_deg") && given("longitude_deg") && given("height_m");
     if (geodetic && given("position_m"))
-      leave_out("position_m", [] { return " beside 'latitude_deg', 'longitude_deg' and 'height_m'"; });
+      leave_out("position_m", [] { return " together with 'latitude_deg', 'longitude_deg' and 'height_m'"; });
     for (const char* key : {"latitude_deg", "longitude_deg", "height_m"})
       if (!geodetic && given(key)) leave_out(key, [] { return ": it needs latitude, longitude and height"; });
-    if (given("attitude") && given("yaw_deg")) leave_out("yaw_deg", [] { return " beside 'attitude'"; });
+    if (given("attitude") && given("yaw_deg"))
+      leave_out("yaw_deg", [] { return " together with 'attitude'"; });
   }
 
-  /// Tells of each part once: a sender may add keys of its own. @param why it is not used, and what to do
+  /// Reports each part once, since a sender may add its own keys. @param why reason and hint
   template <typename Why>
   void leave_out(const std::string& part, const Why& why) {
     constexpr std::size_t kMost = 16;
@@ -204,7 +205,7 @@ class JsonPoses final : public PoseDecoder {
     return quoted.substr(1, quoted.size() - 2);
   }
 
-  /// The known key that is like the one given, or begins with it: velocity for velocity_mps.
+  /// A hint with a known key similar to the given one or beginning with it: velocity for velocity_mps.
   static std::string cure_of(const std::string& key, const std::vector<std::string>& known) {
     const std::string low = lower_case(key);
     auto similar = closest(low, known);
@@ -216,7 +217,7 @@ class JsonPoses final : public PoseDecoder {
 
   Axes axes_;
   transport::Readers<transport::LineCutter> lines_;
-  std::set<std::string> told_;  // parts that are not used
+  std::set<std::string> told_;  // unused parts
   std::string unused_;
 };
 
@@ -232,14 +233,14 @@ class BinaryPoses final : public PoseDecoder {
     while (true) {
       const std::size_t start = rest.find(kMagic);
       if (start == std::string_view::npos) {
-        // The beginning of the next one may be there.
+        // The beginning of the next pose may be there.
         if (rest.size() > kMagic.size() - 1) {
           complaints_.add("bytes without \"CNY1\"");
           rest.remove_prefix(rest.size() - (kMagic.size() - 1));
         }
         break;
       }
-      if (start > 0) complaints_.add("bytes in front of \"CNY1\"");
+      if (start > 0) complaints_.add("bytes before \"CNY1\"");
       rest.remove_prefix(start);
       if (rest.size() < kBinarySize) break;
       if (crc(rest.substr(0, kBinarySize - 4)) != value<std::uint32_t>(rest, kBinarySize - 4)) {

@@ -15,12 +15,12 @@
 
 namespace canyon::live {
 
-/// A received pose, turned to ENU axes of its local frame and FLU axes of the body.
+/// A received pose, rotated to ENU axes of its local frame and FLU axes of the body.
 struct PoseReport {
   std::string id;                                   ///< the vehicle's; empty: not given
   std::optional<double> stamp_s;                    ///< on the sender's clock
   std::optional<Eigen::Vector3d> position_m;        ///< in a local frame; or
-  std::optional<geodesy::Geodetic> place;           ///< on the Earth, heights as sent
+  std::optional<geodesy::Geodetic> place;           ///< latitude, longitude and height, as sent
   std::optional<Eigen::Quaterniond> attitude;       ///< local from body
   std::optional<Eigen::Vector3d> velocity_mps;      ///< local axes
   std::optional<Eigen::Vector3d> rates_body_radps;  ///< about the body's axes
@@ -29,12 +29,12 @@ struct PoseReport {
 /// Counts messages that are not poses, by reason.
 class Complaints {
  public:
-  /// Reasons that are told in their words; messages of others are counted.
+  /// Number of distinct reasons that are reported; messages with further reasons are only counted.
   static constexpr std::size_t kMost = 8;
 
   void add(std::string why);
-  /// "3 messages were not poses: 2 a wrong checksum; 1 an attitude without direction", in the order in which
-  /// the reasons came up; empty: none since the last call.
+  /// "3 messages were not poses: 2 a wrong checksum; 1 an attitude without direction", in order of first
+  /// occurrence; empty: none since the last call.
   [[nodiscard]] std::string take();
 
  private:
@@ -42,8 +42,8 @@ class Complaints {
   std::size_t count_ = 0;
 };
 
-/// Finds poses in bytes that may be cut anywhere, mixed with anything, or hostile. Keeps a bounded part of
-/// them, of a datagram nothing: what is no pose in it is complained of.
+/// Finds poses in bytes that may be cut anywhere, mixed with other data, or hostile. Buffers a bounded number
+/// of bytes, and none of a datagram: the parts of a datagram that are not poses are counted as errors.
 class PoseDecoder {
  public:
   virtual ~PoseDecoder() = default;
@@ -51,30 +51,30 @@ class PoseDecoder {
                        const std::function<void(const PoseReport&)>& each) = 0;
   /// A request for poses to a silent sender; empty: none.
   [[nodiscard]] virtual std::string request() { return {}; }
-  /// Complaints::take() of the messages since the last call.
+  /// Complaints::take() for the messages since the last call.
   [[nodiscard]] std::string take_complaint() { return complaints_.take(); }
-  /// Parts of poses that are not used, each of which is told once; empty: none since the last call.
+  /// Unused parts of poses, each reported once; empty: none since the last call.
   [[nodiscard]] virtual std::string take_unused() { return {}; }
 
  protected:
   Complaints complaints_;
 };
 
-/// The decoder of these options. Throws InputError for messages that Canyon does not know.
+/// Makes the decoder for these options. Throws InputError for unknown messages.
 [[nodiscard]] std::unique_ptr<PoseDecoder> make_decoder(const simulation::PoseSourceOptions& options);
 
-/// One pose in the binary form: kBinarySize bytes, little-endian (docs/live.md has the table).
+/// One pose in binary format: kBinarySize bytes, little-endian (docs/live.md has the table).
 ///   0 char[4] "CNY1"   4 u16 flags (1 velocity, 2 rates, 4 latitude, longitude [deg] and height instead of
 ///   x, y, z, 8 no stamp, 16 no attitude)   6 u16 0   8 u32 id   12 f64 stamp [s]   20 f64[3] position [m]
 ///   44 f32[4] attitude w, x, y, z   60 f32[3] velocity [m/s]   72 f32[3] rates [rad/s]   84 u32 CRC-32 (that
 ///   of zlib) of the bytes before
 inline constexpr std::size_t kBinarySize = 88;
-/// Longest JSON line; longer ones are passed over.
+/// Longest JSON line; longer ones are skipped.
 inline constexpr std::size_t kLongestLine = 4096;
 
 [[nodiscard]] bool is_on_earth(double latitude_deg, double longitude_deg);
 
-/// Rotates vectors given in `axes` to local ENU, or to FLU.
+/// Rotates vectors from `axes` to local ENU, or to FLU.
 [[nodiscard]] Eigen::Matrix3d enu_from(simulation::WorldAxes axes);
 [[nodiscard]] Eigen::Matrix3d flu_from(simulation::BodyAxes axes);
 

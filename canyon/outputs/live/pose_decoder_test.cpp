@@ -49,8 +49,8 @@ void expect_near(const Vector3d& actual, const Vector3d& expected, double tolera
       << actual.transpose() << ", expected " << expected.transpose();
 }
 
-// A vehicle whose forward axis points along (3, 2, 1) of the axes given, rolled by 0.4: no symmetry. Its axes
-// in the world are what an attitude is for.
+// A vehicle whose forward axis points along (3, 2, 1) of the given axes, rolled by 0.4: no symmetry. Tests
+// compare its axes in the world.
 Quaterniond skew() {
   return Quaterniond(AngleAxisd(0.6, Vector3d::UnitZ()) * AngleAxisd(-0.3, Vector3d::UnitY()) *
                      AngleAxisd(0.4, Vector3d::UnitX()));
@@ -87,8 +87,8 @@ TEST(JsonPoses, AreTurnedFromNedAndFrd) {
   EXPECT_EQ(*r.position_m, Vector3d(2, 1, 3));
   EXPECT_EQ(*r.velocity_mps, Vector3d(5, 4, 6));
   EXPECT_EQ(*r.rates_body_radps, Vector3d(0.1, -0.2, -0.3));
-  // Forward, left and up of the body, each by its own words: forward is the first FRD axis, left the second
-  // turned round, up the third turned round; and NED's first component is ENU's second.
+  // Forward, left and up of the body: forward is the first FRD axis, left the negative second, up the
+  // negative third; NED's first component is ENU's second.
   const auto enu = [](const Vector3d& ned) { return Vector3d(ned.y(), ned.x(), -ned.z()); };
   expect_near(*r.attitude * Vector3d::UnitX(), enu(skew() * Vector3d::UnitX()));
   expect_near(*r.attitude * Vector3d::UnitY(), enu(skew() * -Vector3d::UnitY()));
@@ -137,16 +137,16 @@ TEST(JsonPoses, SayWhatIsNone) {
     EXPECT_TRUE(received(*decoder, line).empty()) << line.substr(0, 50);
     EXPECT_THAT(decoder->take_complaint(), HasSubstr(problem)) << line.substr(0, 50);
   }
-  // The next one is taken all the same.
+  // The next one is accepted.
   EXPECT_EQ(received(*decoder, "{\"position_m\": [1, 2, 3]}\n").size(), 1U);
   EXPECT_EQ(decoder->take_complaint(), "");
-  // Two senders do not cut each other's lines.
+  // Two senders do not break each other's lines.
   decoder->receive({1, "{\"position_m\": [1,"}, [](const PoseReport&) { ADD_FAILURE(); });
   EXPECT_EQ(received(*decoder, "{\"position_m\": [4, 5, 6]}\n", 100, 2).size(), 1U);
   EXPECT_EQ(received(*decoder, " 2, 3]}\n", 100, 1).size(), 1U);
 }
 
-// A misspelt key costs no pose, but is told.
+// A misspelt key loses no pose, but is reported.
 TEST(JsonPoses, SayWhatIsNotUsed) {
   const auto decoder = make_decoder(options(PoseFormat::Json));
   const std::string pose =
@@ -157,7 +157,7 @@ TEST(JsonPoses, SayWhatIsNotUsed) {
   EXPECT_THAT(unused, HasSubstr("'velocity' is not used: did you mean 'velocity_mps'?"));
   EXPECT_THAT(unused, HasSubstr("'Attitude' is not used: did you mean 'attitude'?"));
   EXPECT_THAT(unused, HasSubstr("'battery' is not used: a pose has time_s, id"));
-  // Once is enough.
+  // Reported once only.
   (void)received(*decoder, pose);
   EXPECT_EQ(decoder->take_unused(), "");
   for (const auto& [line, key] : std::vector<std::pair<std::string, std::string>>{
@@ -209,7 +209,7 @@ TEST(BinaryPoses, AreReadByTheirTable) {
   EXPECT_FALSE(reports[1].stamp_s || reports[1].attitude || reports[1].velocity_mps);
 }
 
-// One that is none does not spoil the next one.
+// Invalid bytes do not affect the next pose.
 TEST(Poses, ADatagramEndsWhatItSays) {
   const std::string good = "{\"position_m\": [4, 5, 6]}";
   for (const auto& [format, bad, next] : std::vector<std::tuple<PoseFormat, std::string, std::string>>{
@@ -232,7 +232,7 @@ TEST(Poses, ADatagramEndsWhatItSays) {
   }
 }
 
-// One reason must not stand for all messages of a second.
+// Each reason is counted separately.
 TEST(Poses, ComplaintsCountByReason) {
   const auto json = make_decoder(options(PoseFormat::Json));
   (void)received(*json, "rubbish\n{\"position_m\": 1}\nrubbish\n{}\n");
@@ -299,7 +299,7 @@ TEST(MavlinkPoses, ComeInTheirOwnFrames) {
   expect_near(*reports[0].rates_body_radps, {0.1, -0.2, -0.3});
   EXPECT_EQ(reports[1].stamp_s, 5);
   expect_near(*reports[1].position_m, {2, 1, 3});
-  EXPECT_FALSE(reports[2].stamp_s);  // a time of 0 is none, as in PX4's HIL_STATE_QUATERNION
+  EXPECT_FALSE(reports[2].stamp_s);  // a time of 0 means none, as in PX4's HIL_STATE_QUATERNION
   expect_near(*reports[2].position_m, {2, 1, 3});
 }
 
@@ -325,7 +325,7 @@ TEST(MavlinkPoses, AltitudesAreAboveMeanSeaLevel) {
   EXPECT_NEAR(other->position_m.z(), 2, 1e-3);
 }
 
-// As PX4 and ArduPilot send a vehicle that stands: without times, several messages read at once.
+// A stationary vehicle as sent by PX4 and ArduPilot: without times, several messages read at once.
 TEST(MavlinkPoses, WithoutTimesAVehicleMayStand) {
   const geodesy::LocalFrame frame_of_city(geodesy::Geodetic::from_degrees(22.3, 114.2, 0));
   PoseSource source(options(PoseFormat::MAVLink), frame_of_city);
@@ -371,7 +371,7 @@ TEST(MavlinkPoses, OdometrySaysItsFrames) {
   expect_near(*r.position_m, {1, 2, -3});
   expect_near(*r.velocity_mps, skew() * Vector3d(4, 5, -6));
   expect_near(*r.rates_body_radps, {0.1, 0.2, 0.3});
-  m.frame = 0;  // GLOBAL: no place for metres
+  m.frame = 0;  // GLOBAL: not for metres
   EXPECT_TRUE(received(*decoder, frame(m)).empty());
   EXPECT_THAT(decoder->take_complaint(), HasSubstr("MAV_FRAME 0"));
 }
@@ -398,7 +398,7 @@ TEST(MavlinkPoses, EstimatesAreTakenOnlyWhereTheyAreNamed) {
   EXPECT_THROW((void)make_decoder(named), InputError);
 }
 
-// One pose that no antenna can have costs itself, not the run, in every format.
+// A pose that is impossible for an antenna is dropped without ending the run, in every format.
 TEST(Poses, OfNoAntennaAreDroppedAndCounted) {
   const geodesy::LocalFrame frame_of_city(geodesy::Geodetic::from_degrees(48, 11, 0));
   mavlink::HilStateQuaternion state;
@@ -423,7 +423,7 @@ TEST(Poses, OfNoAntennaAreDroppedAndCounted) {
     ASSERT_EQ(notes.size(), 1U) << bytes;
     EXPECT_THAT(notes.front(), HasSubstr("1 pose was dropped: not finite")) << bytes;
   }
-  // The vehicle looks where it goes, not from the pose that was dropped.
+  // The heading is the direction of motion, computed without the dropped pose.
   PoseSource source(options(PoseFormat::Json), frame_of_city);
   source.receive({0,
                   "{\"time_s\": 0, \"position_m\": [0, 0, 2]}\n{\"time_s\": 1, \"position_m\": [0, 2e7, 2]}\n"
@@ -435,7 +435,7 @@ TEST(Poses, OfNoAntennaAreDroppedAndCounted) {
   EXPECT_NEAR((at->attitude * Eigen::Vector3d::UnitX()).y(), 0, 1e-9);
 }
 
-// Milliseconds where seconds belong make a vehicle that seems to stand: told once.
+// Stamps in milliseconds instead of seconds make the vehicle appear stationary: reported once.
 TEST(Poses, StampsInAnotherUnitAreTold) {
   const geodesy::LocalFrame frame_of_city(geodesy::Geodetic::from_degrees(22.3, 114.2, 0));
   for (const double unit : {1.0, 1000.0}) {
@@ -447,7 +447,7 @@ TEST(Poses, StampsInAnotherUnitAreTold) {
           {0, fmt::format("{{\"time_s\": {}, \"position_m\": [{}, 0, 2]}}\n", 7 + unit * now_s, 5 * now_s)},
           std::llround(now_s * 1e9));
       for (const std::string& note : source.take_notes())
-        told += note.find("stamps go by 1000 s for each second") != std::string::npos ? 1 : 0;
+        told += note.find("timestamps advance 1000 s per second") != std::string::npos ? 1 : 0;
     }
     EXPECT_EQ(told, unit == 1 ? 0U : 1U);
   }

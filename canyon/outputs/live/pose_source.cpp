@@ -28,7 +28,7 @@ std::optional<simulation::ReportedPose> PoseSource::in_city(const PoseReport& re
   Eigen::Matrix3d turn;
   double scale = 1;
   if (report.place) {
-    // An autopilot without a fix says latitude 0, longitude 0.
+    // An autopilot without a fix sends latitude 0, longitude 0.
     constexpr double kFarFromZero_m = 100e3;
     const bool zero = report.place->latitude_rad == 0 && report.place->longitude_rad == 0 &&
                       frame_.local_from_geodetic({0, 0, 0}).norm() > kFarFromZero_m;
@@ -58,7 +58,7 @@ std::optional<simulation::ReportedPose> PoseSource::in_city(const PoseReport& re
     if (report.rates_body_radps) sent.angular_velocity = sent.pose.attitude * *report.rates_body_radps;
     return sent;
   }
-  // A vehicle that sends no attitude looks where it goes.
+  // Without an attitude the heading is the direction of motion.
   Vector3d velocity = sent.linear_velocity.value_or(Vector3d::Zero());
   if (!sent.linear_velocity && before_ && sent.stamp_s > before_->first)
     velocity = (sent.pose.position_m - before_->second) / (sent.stamp_s - before_->first);
@@ -71,7 +71,7 @@ std::optional<simulation::ReportedPose> PoseSource::in_city(const PoseReport& re
 }
 
 void PoseSource::count(const PoseReport& report, const simulation::ReportedPose& sent) {
-  // Streets end long before, and the city's axes are 1 deg off the vehicle's.
+  // Beyond the city's streets; its axes differ from local ENU at the vehicle by 1 deg.
   constexpr double kFar_m = 100e3;
   ++count_;
   last_stamp_s_ = report.stamp_s;
@@ -90,8 +90,9 @@ void PoseSource::watch_pace(double stamp_s, double now_s) {
   const double pace = (stamp_s - pace_from_->first) / passed_s;
   if (pace > kFastest && !std::exchange(said_pace_, true)) {
     pace_note_ = fmt::format(
-        "warning: stamps go by {:.0f} s for each second that passes, so the vehicle seems to stand: are "
-        "they in seconds?",
+        "warning: timestamps advance {:.0f} s per second, so the vehicle appears stationary; check that they "
+        "are in "
+        "seconds",
         pace);
   }
   pace_from_ = {stamp_s, now_s};
@@ -146,7 +147,7 @@ bool PoseSource::take(const PoseReport& report, std::int64_t now_ns) {
       ++impossible_;
       break;
     case simulation::PoseTrack::Taken::Old:
-      // Two poses without stamps of a vehicle that stands are alike if they are read together.
+      // Two poses of a stationary vehicle without stamps are equal if they are read together.
       if (report.stamp_s) ++old_;
       break;
   }
@@ -159,12 +160,11 @@ std::vector<std::string> PoseSource::take_notes() {
   if (std::string unused = decoder_->take_unused(); !unused.empty()) notes.push_back(unused);
   if (!pace_note_.empty()) notes.push_back(std::exchange(pace_note_, {}));
   if (const double far_m = std::exchange(far_m_, 0); far_m > 0) {
-    notes.push_back(
-        fmt::format("warning: the vehicle is {:.0f} km from the city's origin ({:.4f}, {:.4f}), where no "
-                    "street is: check the "
-                    "poses' latitude and longitude, or the source's east_m, north_m and scale",
-                    far_m / 1e3, geodesy::degrees(frame_.origin().latitude_rad),
-                    geodesy::degrees(frame_.origin().longitude_rad)));
+    notes.push_back(fmt::format(
+        "warning: the vehicle is {:.0f} km from the city's origin ({:.4f}, {:.4f}), outside the "
+        "city: check the poses' latitude and longitude, or the source's east_m, north_m and scale",
+        far_m / 1e3, geodesy::degrees(frame_.origin().latitude_rad),
+        geodesy::degrees(frame_.origin().longitude_rad)));
   }
   if (const auto n = std::exchange(impossible_, 0); n > 0) {
     notes.push_back(
@@ -173,7 +173,7 @@ std::vector<std::string> PoseSource::take_notes() {
                     n, n == 1 ? "pose was" : "poses were"));
   }
   if (const auto n = std::exchange(old_, 0); n > 0)
-    notes.push_back(fmt::format("{} {} twice or too late: dropped", n, n == 1 ? "pose came" : "poses came"));
+    notes.push_back(fmt::format("{} {} received twice or too late: dropped", n, n == 1 ? "pose" : "poses"));
   return notes;
 }
 

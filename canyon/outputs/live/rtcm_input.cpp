@@ -13,7 +13,7 @@ namespace {
 
 using geodesy::GpsTime;
 
-/// "3.2 h", for times of any length.
+/// "3.2 h": a duration in a suitable unit.
 std::string long_time(double seconds) {
   if (seconds < 600) return fmt::format("{:.0f} s", seconds);
   if (seconds < 48 * 3600) return fmt::format("{:.1f} h", seconds / 3600);
@@ -41,8 +41,8 @@ void RtcmInput::begin_anew() {
 void RtcmInput::receive(std::string_view bytes, GpsTime now) {
   if (bytes.empty()) return warn("empty", fmt::format("a message from {} has no bytes", source_));
   if (bytes.size() > kLongestMessage) {
-    return warn("long", fmt::format("a message from {} has {} bytes and is not read; RTCM 3 of an "
-                                    "epoch has some 1,000, and at most {} are taken",
+    return warn("long", fmt::format("a message from {} has {} bytes and is not read; an epoch in RTCM "
+                                    "3 has about 1,000, and the maximum is {}",
                                     source_, bytes.size(), kLongestMessage));
   }
   const rtcm::DecoderStatus before = decoder_.status();
@@ -67,22 +67,24 @@ void RtcmInput::look_for_other_station(const relative::Corrections& epoch) {
 }
 
 void RtcmInput::look_at(const rtcm::DecoderStatus& before, GpsTime now) {
-  // The station's place comes every 5 to 30 s.
+  // The station's position is sent every 5 to 30 s.
   constexpr double kPlaceEvery_s = 60;
   const rtcm::DecoderStatus& status = decoder_.status();
   const std::uint64_t strange = status.bytes_passed_over - before.bytes_passed_over;
   if (strange > 0) {
-    warn("strange", fmt::format("{} bytes of a message from {} are not a frame of RTCM 3, or a damaged "
-                                "one, and are left out; this is the first such message",
+    warn("strange", fmt::format("{} bytes of a message from {} are not a valid RTCM 3 frame and are ignored; "
+                                "this is the first such message",
                                 strange, source_));
   }
   if (status.epochs > before.epochs) held_back_since_.reset();
   if (status.epochs_held_back == before.epochs_held_back) return;
   if (!held_back_since_) held_back_since_ = now;
   if (now - *held_back_since_ > kPlaceEvery_s) {
-    warn("place", fmt::format("{} has observations, and no message 1005 or 1006 with the place of "
-                              "their station: nothing is corrected",
-                              source_));
+    warn(
+        "place",
+        fmt::format("{} has observations without message 1005 or 1006 (station position): no corrections are "
+                    "applied",
+                    source_));
   }
 }
 
@@ -91,7 +93,7 @@ bool RtcmInput::is_of_now(const relative::Corrections& epoch, GpsTime now) {
   const double age_s = now - epoch.receiver_time;
   if (age_s <= options_.max_age_s && age_s >= -kAhead_s) return true;
   warn("time",
-       fmt::format("corrections from {} are of {} and the receiver's time is {}, {} {}: they "
+       fmt::format("corrections from {} are for {}, but the receiver's time is {}, {} {}: they "
                    "are not used; give both the same time: no `start`, or one /clock and one `start`",
                    source_, geodesy::format_gpst(epoch.receiver_time, 0), geodesy::format_gpst(now, 0),
                    long_time(std::abs(age_s)), age_s > 0 ? "later" : "earlier"));

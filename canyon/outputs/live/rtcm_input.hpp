@@ -14,28 +14,27 @@
 
 namespace canyon::live {
 
-/// Corrections of one receiver that come as RTCM 3 by a stream or a topic: decoded, then delayed and thinned
-/// as its CorrectionOptions say. Whatever the bytes are, it throws nothing and its memory is bounded. Not
-/// thread-safe.
+/// Corrections of one receiver, received as RTCM 3 from a stream or a topic: decoded, then delayed and
+/// thinned by its CorrectionOptions. Does not throw and uses bounded memory for any bytes. Not thread-safe.
 class RtcmInput {
  public:
-  /// Bytes of one message; longer ones are not read.
+  /// Maximum bytes of one message; longer ones are not read.
   static constexpr std::size_t kLongestMessage = std::size_t{64} * 1024;
 
   RtcmInput(const receiver::ReceiverOptions& options, std::uint64_t seed);
 
-  /// One message: frames, or pieces of frames that go on in the next message.
+  /// One message: frames, or parts of frames that continue in the next message.
   /// @param now GPS time of the receiver
   void receive(std::string_view bytes, geodesy::GpsTime now);
-  /// The newest corrections that have come by then, and were not given before; null: none.
+  /// The newest corrections received by then and not yet returned; null: none.
   [[nodiscard]] std::shared_ptr<const relative::Corrections> take(geodesy::GpsTime now) {
     return link_.take(now);
   }
-  /// Where the receiver is, for corrections.range_m [m].
+  /// Sets the receiver's position, for corrections.range_m [m].
   void set_place(const Eigen::Vector3d& place_ecef) { place_ecef_ = place_ecef; }
-  /// Time went back.
+  /// Call it if time went back.
   void begin_anew();
-  /// Faults of the messages since the last call, one line each. Each fault is reported once.
+  /// Errors in the messages since the last call, one line each. Each error is reported once.
   [[nodiscard]] std::vector<std::string> take_warnings();
 
  private:
@@ -45,7 +44,7 @@ class RtcmInput {
   };
   void look_for_other_station(const relative::Corrections& epoch);
   void look_at(const rtcm::DecoderStatus& before, geodesy::GpsTime now);
-  /// Whether an epoch is one of the receiver's time, from a second ahead to corrections.max_age_s old.
+  /// Whether an epoch fits the receiver's time: at most 1 s ahead and at most corrections.max_age_s old.
   [[nodiscard]] bool is_of_now(const relative::Corrections& epoch, geodesy::GpsTime now);
   void warn(const std::string& fault, const std::string& text);
 

@@ -1,4 +1,4 @@
-// Sensors of vehicles whose poses come from outside.
+// Sensors of vehicles with external poses.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ namespace {
 using positioning::FixKind;
 using simulation::Epoch;
 
-/// Keeps epochs and what sensors felt.
+/// Stores epochs and sensor samples.
 class SensedEpochs final : public simulation::EpochSink {
  public:
   void write(const Epoch& epoch) override {
@@ -65,7 +65,7 @@ std::shared_ptr<simulation::CityScene> scene_of(const simulation::Scenario& scen
   return std::make_shared<simulation::CityScene>(simulation::load_city(scenario));
 }
 
-/// The poses of the drive at 50 Hz as a log, and what simulate makes of it.
+/// The poses of the drive at 50 Hz as a log, and the result of simulate.
 class LiveSensors : public ::testing::Test {
  protected:
   LiveSensors() {
@@ -139,7 +139,7 @@ TEST_F(LiveSensors, CoastThroughAnOutage) {
   EXPECT_GT(combined, 180U);
 }
 
-// Each sample once, in order, and those of a pause not at all.
+// Each sample once, in order, and none of a pause.
 TEST_F(LiveSensors, BeginAnewBehindAPause) {
   {
     std::ifstream all(log());
@@ -158,14 +158,14 @@ TEST_F(LiveSensors, BeginAnewBehindAPause) {
     EXPECT_LT(live.imu[k - 1].time, live.imu[k].time);
     const double t_s = live.imu[k].time - session.start();
     if (t_s > 20.6 && t_s < 24) ++in_pause;
-    // No push where the poses go on.
+    // No spike of acceleration when the poses continue.
     EXPECT_LT(live.imu[k].mean.specific_force_mps2.norm(), 30) << t_s;
   }
   EXPECT_EQ(in_pause, 0U);
   EXPECT_GT(live.imu.size(), 7000U);
 }
 
-// HIGHRES_IMU of all samples: by the parser of poses, whose layouts are the published ones.
+// HIGHRES_IMU of all samples: read by the parser of poses, which uses the published layouts.
 TEST_F(LiveSensors, GoOutAsHighresImu) {
   const std::string file = (folder_ / "imu.mavlink").string();
   simulation::Scenario scenario =
@@ -197,7 +197,7 @@ TEST_F(LiveSensors, GoOutAsHighresImu) {
   EXPECT_NEAR(messages.back().pressure_pa, live.barometer.back().pressure.measured_pa, 0.01);
 }
 
-// In real time samples come when they have ended, not all at their epoch, whose receiver feels them as well.
+// In real time samples are sent when they end, not all at their epoch; the epoch's receiver uses them too.
 TEST(LiveSensorOptions, SamplesComeBetweenEpochs) {
   const int port = test::free_port();
   simulation::Scenario scenario =
@@ -234,7 +234,7 @@ TEST(LiveSensorOptions, HighresImuNeedsSensors) {
       "live: {streams: [{format: highres_imu, to: 'udp://127.0.0.1:14999'}]}\n",
       "s.yaml", {false});
   EXPECT_THAT(canyon::test::refusal([&] { const Session session(scenario, scene_of(scenario)); }),
-              ::testing::HasSubstr("no samples of sensors to send"));
+              ::testing::HasSubstr("no sensor samples to send"));
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ std::int64_t nanoseconds(Clock::duration duration) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(duration).count();
 }
 
-/// A log whose poses come at their own stamps.
+/// A log whose poses are replayed at their own stamps.
 struct Log {
   std::string text;
   std::size_t at = 0;
@@ -60,7 +60,7 @@ struct Log {
   [[nodiscard]] bool ended() const { return at == text.size(); }
 };
 
-/// Adds samples behind those of `all`.
+/// Appends samples to `all`.
 void add(const simulation::SensorBatch& more, simulation::SensorBatch& all) {
   all.imu_axes = more.imu_axes;
   all.magnetometer_axes = more.magnetometer_axes;
@@ -78,20 +78,20 @@ struct Schedule {
 
 /// A source of poses and the receivers on its vehicle.
 struct Vehicle {
-  std::unique_ptr<PoseSource> source;  ///< null: the trajectory, or receivers that stand still
+  std::unique_ptr<PoseSource> source;  ///< null: the trajectory, or fixed receivers
   std::optional<Log> log;
   std::shared_ptr<transport::Link> link;
   int listener = 0;
   std::vector<Schedule> receivers;
-  std::uint64_t asked_at_count = 0;  ///< poses when it was last asked for some
+  std::uint64_t asked_at_count = 0;  ///< number of poses at the last request for poses
   int silent_s = 0;                  ///< seconds without a pose
-  /// Poses as a motion that sensors can feel, where a receiver or an output needs them.
+  /// Poses as smooth motion for sensors, if a receiver or an output needs them.
   std::optional<simulation::SmoothPoses> motion = {};
   bool said_sparse = false;
 
-  /// Poses of this instant are needed for an epoch at `at`.
+  /// The last instant of poses that an epoch at `at` needs.
   [[nodiscard]] std::int64_t needs_ns(std::int64_t at) const { return motion ? motion->needs_ns(at) : at; }
-  /// The body at an instant; empty, without truth.
+  /// The body at an instant; empty: no truth.
   [[nodiscard]] std::optional<simulation::RigidPose> body_at(std::int64_t at) {
     std::string reason;
     if (!motion) return source->track().at(at, reason);
@@ -104,18 +104,18 @@ struct Vehicle {
   }
 };
 
-/// One epoch of one receiver that is due, its pose's arrival, and the samples of its vehicle's sensors since
-/// the epoch before.
+/// One due epoch of one receiver, the arrival time of its pose, and the samples of its vehicle's sensors
+/// since the previous epoch.
 struct Due {
   simulation::Run::Due epoch;
   std::optional<Clock::time_point> pose_came = {};
   simulation::SensorBatch samples = {};
 };
 
-/// Corrections of one receiver that come by a stream of RTCM 3.
+/// Corrections of one receiver from an RTCM 3 stream.
 struct CorrectionInput {
   RtcmInput input;
-  std::shared_ptr<transport::Link> caster;  ///< that the receiver reports its place to; null: none
+  std::shared_ptr<transport::Link> caster;  ///< to which the receiver reports its position; null: none
   std::optional<GpsTime> reported;
 };
 
@@ -173,11 +173,11 @@ struct Session::Impl {
     });
     if (real && by_stamps() && options.poses.size() > 1) {
       throw error("live.clock is stamps, and there are several sources of poses",
-                  "have one source with all vehicles' poses in their order, or take the wall clock");
+                  "use one source with all vehicles' poses in order, or the wall clock");
     }
     if (real && options.speed != 1) {
-      throw error(fmt::format("live.speed is {}, and poses come in real time", options.speed),
-                  "leave it out; it is for trajectories and logs");
+      throw error(fmt::format("live.speed is {}, but poses arrive in real time", options.speed),
+                  "remove it; it is for trajectories and logs");
     }
   }
 
@@ -198,10 +198,9 @@ struct Session::Impl {
       const std::string& address = scenario.receivers[r].options.corrections.from;
       if (!relative::is_stream(address)) continue;
       if (address.starts_with(relative::kTopicAddress)) {
-        throw error(
-            fmt::format("receiver '{}' takes corrections from '{}', a topic of ROS 2", names[r], address),
-            "run it as a node of ROS 2 (docs/ros2.md), or name a caster, "
-            "ntrip://USER:PASSWORD@HOST:PORT/MOUNT");
+        throw error(fmt::format("receiver '{}' uses corrections from '{}', a ROS 2 topic", names[r], address),
+                    "run it as a ROS 2 node (docs/ros2.md), or use a caster, "
+                    "ntrip://USER:PASSWORD@HOST:PORT/MOUNT");
       }
       inputs[r] = std::make_unique<CorrectionInput>(
           CorrectionInput{RtcmInput(scenario.receivers[r].options, scenario.seed), nullptr, std::nullopt});
@@ -257,9 +256,9 @@ struct Session::Impl {
       const bool shared = std::any_of(options.streams.begin(), options.streams.end(),
                                       [&](const auto& stream) { return stream.address == source.from; });
       if (source.from.starts_with("udp://") && !shared && vehicle.source->request().empty()) {
-        throw error(fmt::format("live.poses: '{}' is an address to send to, and no pose comes from there",
-                                source.from),
-                    "write udp-listen://127.0.0.1:PORT, and send the poses to that port");
+        throw error(
+            fmt::format("live.poses: '{}' is an address to send to, not to receive poses from", source.from),
+            "write udp-listen://127.0.0.1:PORT, and send the poses to that port");
       }
       vehicle.link = link_of(source.from);
       vehicle.listener = vehicle.link->listen([this, i](const transport::Received& received) {
@@ -290,7 +289,7 @@ struct Session::Impl {
         vehicles.emplace_back().receivers.push_back({r, schedule});
         continue;
       }
-      throw error(fmt::format("live.poses: nothing moves receiver '{}'", names[r]),
+      throw error(fmt::format("live.poses: no source moves receiver '{}'", names[r]),
                   "name it in a source, or add a source without 'receivers'");
     }
   }
@@ -329,7 +328,7 @@ struct Session::Impl {
     return {scenario.file, 0, problem, cure};
   }
 
-  /// Makes what sensors feel, where a receiver, a stream or a sink needs them.
+  /// Makes the motion for sensors if a receiver, a stream or a sink needs them.
   void begin_sensors() {
     sensors.clear();
     sensors.resize(names.size());
@@ -363,7 +362,8 @@ struct Session::Impl {
     });
   }
 
-  /// Samples that have ended at an instant go to streams at once, in real time, and wait for their epoch.
+  /// Sends samples that have ended at an instant to streams at once, in real time; stores them for their
+  /// epoch.
   void feel(const Vehicle& vehicle, std::size_t receiver, std::int64_t until_ns) {
     auto& run = sensors[receiver];
     if (vehicle.motion) {
@@ -384,7 +384,7 @@ struct Session::Impl {
     for (const auto& stream : streams)
       if (stream->receiver() == receiver) stream->write_samples(batch);
   }
-  /// Does so between epochs.
+  /// Does the same between epochs.
   void feel(std::int64_t now) {
     if (by_stamps() || !scenario.sensors.any()) return;
     for (Vehicle& vehicle : vehicles) {
@@ -407,7 +407,7 @@ struct Session::Impl {
       const auto utc = std::chrono::system_clock::now().time_since_epoch();
       const double ahead_s =
           start - geodesy::gps_from_unix(std::chrono::duration_cast<std::chrono::nanoseconds>(utc).count());
-      // The scenario's second may have passed while the city was read.
+      // The scenario's start may have passed while the city was read.
       wall_begin += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(ahead_s));
       const auto late = static_cast<std::int64_t>(std::ceil(-ahead_s / schedule.interval_s()));
       for (Vehicle& vehicle : vehicles)
@@ -416,36 +416,35 @@ struct Session::Impl {
     next_second = Clock::now() + std::chrono::seconds(1);
   }
 
-  /// Makes this the run's time.
+  /// Sets the run's time.
   void begin_at(std::int64_t run_ns) {
     if (!by_stamps()) wall_begin += Clock::now() - wall_of(run_ns);
     for (Vehicle& vehicle : vehicles)
       for (Schedule& each : vehicle.receivers) each.epochs.begin_at(run_ns);
   }
 
-  /// With LiveOptions::resume, at a vehicle's pose: moves the run's time to the stamp of the first of all.
+  /// With LiveOptions::resume: sets the run's time to the stamp of the first pose of all vehicles.
   void resume(const Vehicle& vehicle) {
     const std::optional<double> stamp_s = vehicle.source->last_stamp_s();
     if (!options.resume || !stamp_s || std::exchange(resumed, true)) return;
     constexpr double kLongest_s = 1e9;  // beyond, stamps are dates
     if (!(*stamp_s >= 0 && *stamp_s < kLongest_s)) {
-      note(fmt::format("live.resume has no effect: a pose's stamp of {:.0f} s is not a time of a run",
-                       *stamp_s));
+      note(fmt::format(
+          "live.resume has no effect: a pose's timestamp of {:.0f} s cannot be the time of a run", *stamp_s));
       return;
     }
     begin_at(std::llround(*stamp_s * 1e9));
-    note(fmt::format("the time is {:.1f} s ({}), by the first pose's stamp", *stamp_s,
+    note(fmt::format("the run's time is {:.1f} s ({}), from the first pose's timestamp", *stamp_s,
                      geodesy::format_gpst(start + *stamp_s, 1)));
   }
 
-  /// A vehicle's sender has begun anew: so does the run. False where other vehicles move.
+  /// Restarts the run after a restart of a vehicle's sender. False if other vehicles move.
   bool begin_anew(Vehicle& vehicle) {
     if (options.poses.size() > 1) return false;
     compute_and_write();
     if (Clock::now() >= next_anew) {
-      warn(
-          fmt::format("poses from {}: the stamps are of another clock than before: the run begins anew at {}",
-                      vehicle.source->options().from, geodesy::format_gpst(start, 0)));
+      warn(fmt::format("poses from {}: timestamps jumped to another clock; restarting the run at {}",
+                       vehicle.source->options().from, geodesy::format_gpst(start, 0)));
       next_anew = Clock::now() + std::chrono::seconds(1);
     }
     begin_at(0);
@@ -472,7 +471,7 @@ struct Session::Impl {
                               : static_cast<std::int64_t>(static_cast<double>(wall_ns) * options.speed);
   }
 
-  /// The run's time: of the clock, or by stamps that of the latest epoch.
+  /// The run's time: from the clock or, with stamps, from the latest epoch.
   [[nodiscard]] GpsTime now() const {
     return start + seconds(by_stamps() ? std::max<std::int64_t>(stamped_ns, 0) : now_ns());
   }
@@ -485,7 +484,7 @@ struct Session::Impl {
   void read_log(Vehicle& vehicle, std::int64_t until_ns) {
     Log& log = *vehicle.log;
     const bool lines = vehicle.source->options().format == simulation::PoseFormat::Json;
-    bool anew = false;  // what comes behind it is of a later time than until_ns
+    bool anew = false;  // later data are of a time after until_ns
     while (!anew && !log.ended() && !vehicle.source->track().reaches(until_ns)) {
       vehicle.source->receive_log(
           {0, std::string(log.next(lines)), lines}, false,
@@ -498,7 +497,7 @@ struct Session::Impl {
     const std::int64_t at = epochs.next_ns();
     if (epochs.over() || (!by_stamps() && now < at)) return false;
     if (!vehicle.source) {
-      // By stamps, receivers that stand still follow the receivers with poses.
+      // With stamps, fixed receivers follow the receivers with poses.
       const bool along = by_stamps() && stands_still(vehicle) &&
                          std::any_of(vehicles.begin(), vehicles.end(),
                                      [](const Vehicle& other) { return other.source != nullptr; });
@@ -526,7 +525,7 @@ struct Session::Impl {
     return vehicle.link && vehicle.link->transport().ended() && by_stamps();
   }
 
-  /// Whether all vehicles that move have ended; without any, whether all have.
+  /// Whether all moving vehicles have ended or, if none moves, all vehicles.
   [[nodiscard]] bool ended() const {
     const bool moving = !std::all_of(vehicles.begin(), vehicles.end(),
                                      [this](const Vehicle& vehicle) { return stands_still(vehicle); });
@@ -538,13 +537,13 @@ struct Session::Impl {
   [[nodiscard]] bool stands_still(const Vehicle& vehicle) const {
     return !vehicle.receivers.empty() && scenario.receivers[vehicle.receivers.front().receiver].fixed;
   }
-  /// The epochs that are due, each vehicle's in their order, by stamps not more than a block of them: whether
-  /// there may be more.
+  /// Collects the due epochs, in order for each vehicle, with stamps at most one block. Returns whether there
+  /// may be more.
   bool gather(std::int64_t now) {
     constexpr std::size_t kBlock = 256;
     bool more = false;
     for (Vehicle& vehicle : vehicles) {
-      // In real time it takes one epoch a turn: links are served, and others' epochs sent, before the next
+      // In real time, one epoch per pass: links are served and other receivers' epochs sent before the next
       // one.
       const std::size_t most = by_stamps() ? kBlock : vehicle.receivers.size();
       for (std::size_t taken = 0; taken < most; ++taken) {
@@ -561,13 +560,13 @@ struct Session::Impl {
   }
 
   void gather(Vehicle& vehicle, Schedule& of, std::int64_t now) {
-    // Epochs that are later than this are left out.
+    // Epochs delayed by more than this are skipped.
     constexpr double kLatest_s = 1;
     if (!by_stamps() && !vehicle.log && vehicle.source &&
         seconds(now - vehicle.needs_ns(of.epochs.next_ns())) > kLatest_s)
       figures.missed += static_cast<std::uint64_t>(of.epochs.catch_up(now));
     if (vehicle.log)
-      read_log(vehicle, vehicle.needs_ns(of.epochs.next_ns()));  // of a base, which nobody asked
+      read_log(vehicle, vehicle.needs_ns(of.epochs.next_ns()));  // a base's log may not have been read yet
     const std::int64_t at = of.epochs.take();
     const std::size_t r = of.receiver;
     gather_base_of(r, at);
@@ -587,7 +586,7 @@ struct Session::Impl {
         epoch.antenna =
             simulation::pose_of(*body, {scene->city.frame}, time, scenario.receivers[r].lever_arm_m);
       }
-      // Between two poses, and behind the last one, the motion may lead anywhere.
+      // Between two poses and after the last one the motion is not bounded.
       if (epoch.antenna && !simulation::is_possible(*epoch.antenna, scene->city.frame)) epoch.antenna.reset();
     } else if (!epoch.antenna) {
       epoch.antenna = trajectory->antenna_pose(r, time);
@@ -600,7 +599,7 @@ struct Session::Impl {
     due.push_back(std::move(next));
   }
 
-  /// The epochs of a receiver's base, and of that base's base, up to an instant.
+  /// Takes the epochs of a receiver's base, and of the base's own base, up to an instant.
   void gather_base_of(std::size_t receiver, std::int64_t until_ns) {
     const std::optional<std::size_t> base = receivers->base_of(receiver);
     if (!base) return;
@@ -613,13 +612,13 @@ struct Session::Impl {
   }
 
   void compute_and_write() {
-    // A stream's link may bring poses while it is written.
+    // Writing to a stream may receive poses by its link.
     std::vector<Due> block = std::exchange(due, {});
     if (block.empty()) return;
-    // A receiver may be due several times; epochs of different ones are computed at the same time.
+    // A receiver may have several due epochs; epochs of different receivers are computed in parallel.
     std::stable_sort(block.begin(), block.end(),
                      [](const Due& a, const Due& b) { return a.epoch.time < b.epoch.time; });
-    // So many before the first of them is written: an epoch takes some 150 kB.
+    // Limits the epochs computed before the first is written: an epoch takes some 150 kB.
     constexpr std::size_t kTogether = 32;
     for (std::span<Due> rest(block); !rest.empty(); rest = rest.subspan(std::min(kTogether, rest.size())))
       compute_and_write(rest.first(std::min(kTogether, rest.size())));
@@ -655,7 +654,7 @@ struct Session::Impl {
     }
   }
 
-  /// Sends a GGA sentence to the NTRIP caster whose corrections the receiver takes.
+  /// Sends a GGA sentence to the NTRIP caster whose corrections the receiver uses.
   void report_place(const simulation::Epoch& epoch) {
     constexpr double kReportEvery_s = 10;
     const auto& input = inputs[epoch.receiver];
@@ -667,7 +666,7 @@ struct Session::Impl {
     input->caster->transport().send(output::nmea_gga(epoch));
   }
 
-  /// All links each hundredth of a second; wait() serves those that something comes to.
+  /// Serves all links each 10 ms; wait() serves links with input.
   void serve() {
     if (Clock::now() >= next_service) {
       next_service = Clock::now() + std::chrono::milliseconds(10);
@@ -692,16 +691,16 @@ struct Session::Impl {
       if (const auto sparse_s = vehicle.motion ? vehicle.motion->sparse_s() : std::nullopt;
           sparse_s && !std::exchange(vehicle.said_sparse, true)) {
         note(fmt::format(
-            "poses from {}: they come {:.2f} s apart, and between two of them sensors feel a straight "
-            "way: set smoothing_s to that, or send more",
+            "poses from {}: the interval is {:.2f} s, and sensors get straight motion between two poses: set "
+            "smoothing_s to the interval, or send more",
             vehicle.source->options().from, *sparse_s));
       }
       const bool silent =
           std::exchange(vehicle.asked_at_count, vehicle.source->count()) == vehicle.source->count();
       vehicle.silent_s = silent ? vehicle.silent_s + 1 : 0;
       if (constexpr int kLong_s = 5; vehicle.link && vehicle.silent_s == kLong_s) {
-        note(fmt::format("poses from {}: none has come {}", vehicle.source->options().from,
-                         vehicle.source->count() == 0 ? "yet: check the address, and who sends there"
+        note(fmt::format("poses from {}: none received {}", vehicle.source->options().from,
+                         vehicle.source->count() == 0 ? "yet: check the address and the sender"
                                                       : fmt::format("for {} s", kLong_s)));
       }
       if (!silent) continue;
@@ -713,7 +712,7 @@ struct Session::Impl {
     if (run_options->progress) run_options->progress(figures);
   }
 
-  /// Serves links and computes what is due; false at the end of the run.
+  /// Serves links and computes due epochs; false at the end of the run.
   [[nodiscard]] bool turn() {
     turn_began = Clock::now();
     serve();
@@ -725,7 +724,7 @@ struct Session::Impl {
   }
 
   void wait() {
-    // Nothing waits longer than this: servers take clients, drivers get their answers.
+    // Maximum wait, so that servers accept clients and drivers get their responses.
     Clock::time_point until = Clock::now() + std::chrono::milliseconds(20);
     for (const Vehicle& vehicle : vehicles) {
       if (by_stamps() && !vehicle.link && !ended(vehicle)) return;
@@ -733,7 +732,7 @@ struct Session::Impl {
       for (const Schedule& each : vehicle.receivers) {
         if (each.epochs.over()) continue;
         const Clock::time_point at = wall_of(vehicle.needs_ns(each.epochs.next_ns()));
-        // An epoch waits after its instant for a pose or for the end of wait_s.
+        // After its instant, an epoch waits for a pose or for the end of wait_s.
         const auto patience =
             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.wait_s));
         until = std::min(until, at > Clock::now() ? at : at + patience);
@@ -743,7 +742,7 @@ struct Session::Impl {
     }
     for (const auto& stream : streams)
       if (const auto next = stream->next_due()) until = std::min(until, *next);
-    // A turn costs some microseconds for each link: what comes within them waits for one turn.
+    // A pass takes some microseconds for each link; input during it is handled together in the next pass.
     std::this_thread::sleep_until(std::min(
         until, turn_began + std::chrono::microseconds(10 * static_cast<std::int64_t>(links.size()))));
     std::vector<int> handles;
@@ -784,17 +783,17 @@ struct Session::Impl {
   simulation::LiveOptions options;
   std::shared_ptr<simulation::CityScene> scene;
   std::vector<std::string> names;
-  std::unique_ptr<simulation::Simulation> trajectory;  // null: poses come from outside
+  std::unique_ptr<simulation::Simulation> trajectory;  // null: poses are external
   GpsTime start;
-  simulation::EpochSchedule schedule{1};  // of every receiver, but for its offset
+  simulation::EpochSchedule schedule{1};  // of every receiver, without its offset
   bool now_starts = false;                // at the next full second
   bool resumed = false;
   std::optional<simulation::Run> receivers;
   SkyWarnings sky_warnings;
-  std::vector<propagation::Propagator> prepared;  // that receivers will ask for
-  /// By receiver: the sensors of its vehicle. Empty: it does not need them, or no pose has come.
+  std::vector<propagation::Propagator> prepared;  // that receivers will need
+  /// By receiver: the sensors of its vehicle. Empty: not needed, or no pose received.
   std::vector<std::optional<simulation::SensorRun>> sensors;
-  std::vector<simulation::SensorBatch> sensed;           // by them, since the receiver's last epoch
+  std::vector<simulation::SensorBatch> sensed;           // their samples since the receiver's last epoch
   std::vector<std::unique_ptr<CorrectionInput>> inputs;  // by receiver; null: none
   std::map<std::string, std::shared_ptr<transport::Link>> links;
   std::vector<Vehicle> vehicles;
@@ -807,7 +806,7 @@ struct Session::Impl {
   Clock::time_point wall_begin;
   Clock::time_point next_second, next_anew, next_service, turn_began;
   std::vector<Due> due;
-  std::int64_t stamped_ns = -1;  // latest instant of a vehicle that poses move
+  std::int64_t stamped_ns = -1;  // latest instant of a vehicle moved by poses
   SessionFigures figures;
 };
 
@@ -843,7 +842,7 @@ SessionFigures Session::run(const std::vector<simulation::EpochSink*>& sinks, co
       if (!failure) failure = std::current_exception();
     }
   };
-  // Epochs until then are kept, whatever ends the run.
+  // Epochs until then are kept, also if an error ends the run.
   finish([&] {
     while (impl.running() && impl.turn()) impl.wait();
   });
@@ -851,13 +850,13 @@ SessionFigures Session::run(const std::vector<simulation::EpochSink*>& sinks, co
   finish([&] { simulation::finish_sinks(sinks, nullptr, nullptr); });
   impl.next_second = {};
   finish([&] { impl.once_a_second(); });
-  // A link that poses and streams share ends here.
+  // A link shared by poses and streams ends here.
   for (Vehicle& vehicle : impl.vehicles) {
     if (const std::uint64_t n = vehicle.source ? vehicle.source->of_another_clock() : 0; n > 0) {
-      impl.warn(
-          fmt::format("poses from {}: {} {} dropped, since their stamps jump to another clock, and with "
-                      "several sources the run cannot begin anew: divide the log, or run it alone",
-                      vehicle.source->options().from, n, n == 1 ? "pose was" : "poses were"));
+      impl.warn(fmt::format(
+          "poses from {}: {} {} dropped: their timestamps jump to another clock, and with several "
+          "sources the run cannot restart; split the log, or run it alone",
+          vehicle.source->options().from, n, n == 1 ? "pose was" : "poses were"));
     }
     if (vehicle.link) finish([&] { vehicle.link->finish(vehicle.listener, {}); });
   }

@@ -28,7 +28,7 @@ using simulation::Epoch;
 using simulation::Scenario;
 using ::testing::HasSubstr;
 
-/// Keeps epochs without what they point to.
+/// Stores epochs without the data they point to.
 class Kept final : public simulation::EpochSink {
  public:
   void write(const Epoch& epoch) override {
@@ -70,7 +70,7 @@ const std::string kDrive =
     "rate_hz: 10\nduration_s: 2\n"
     "trajectory: {waypoints: [{east_m: -40, north_m: 1, up_m: 2}, {east_m: 60, north_m: 3, up_m: 2}]}\n";
 
-// The same code computes both; what could differ is the pose's way into it.
+// Both use the same code; only the input of the poses could differ.
 TEST(Session, TrajectoryGivesTheNumbersOfSimulate) {
   const Scenario s = scenario("live: {speed: 20}\n", kDrive);
   Kept live, offline;
@@ -145,7 +145,7 @@ TEST(Session, LogPosesComeAtTheirStampsAndGoIntoTheCity) {
     std::ofstream file(log);
     for (int i = 0; i <= 100; ++i) file << pose_line(1000 + 0.01 * i, 0.05 * i);
   }
-  // 5 m/s along the room's x axis, which lies north in the city, twice as large there.
+  // 5 m/s along the room's x axis, which is north in the city, twice as large there.
   Kept kept;
   const Scenario s = scenario("live: {clock: stamps, poses: [{from: 'file:" + log +
                               "', east_m: 10, north_m: 20, up_m: 1, heading_deg: 90, scale: 2}]}\n");
@@ -161,7 +161,7 @@ TEST(Session, LogPosesComeAtTheirStampsAndGoIntoTheCity) {
     if (k > 0) {
       EXPECT_NEAR(kept.epochs[k].truth.velocity_enu_mps.y(), 10, 1e-3) << k;
     }
-    // Yaw counts from the east of its own place, whose meridian is another one than the city's.
+    // Yaw is from east at its own position, where the meridian differs from the city's.
     EXPECT_NEAR(kept.epochs[k].truth.yaw_rad, M_PI / 2, 1e-6);
   }
 }
@@ -217,7 +217,7 @@ TEST(Session, APauseOfPosesByStampsDoesNotEndTheFixes) {
   EXPECT_TRUE(std::all_of(kept.epochs.begin(), kept.epochs.end(), has_truth));
 }
 
-// A simulator that was started again, or a log of two runs.
+// A restarted simulator, or a log of two runs.
 TEST(Session, StampsOfAnotherClockBeginTheRunAnew) {
   const test::TemporaryFolder folder;
   {
@@ -239,13 +239,13 @@ TEST(Session, StampsOfAnotherClockBeginTheRunAnew) {
     }
     EXPECT_EQ(std::count_if(notes.begin(), notes.end(),
                             [](const std::string& note) {
-                              return note.find("the run begins anew at 2026-06-01") != std::string::npos;
+                              return note.find("restarting the run at 2026-06-01") != std::string::npos;
                             }),
               1);
   }
 }
 
-// Where other vehicles move, the run cannot follow a log whose clock jumps back.
+// If other vehicles move, the run cannot follow a log whose clock jumps back.
 TEST(Session, PosesOfAnotherClockAmongSeveralLogsAreTold) {
   const test::TemporaryFolder folder;
   const std::string first = (folder / "first.jsonl").string();
@@ -263,7 +263,7 @@ TEST(Session, PosesOfAnotherClockAmongSeveralLogsAreTold) {
   EXPECT_EQ(std::count_if(kept.epochs.begin(), kept.epochs.end(),
                           [](const Epoch& epoch) { return epoch.receiver == 0; }),
             31);
-  ASSERT_THAT(warnings, ::testing::Contains(HasSubstr("12 poses were dropped, since their stamps jump")));
+  ASSERT_THAT(warnings, ::testing::Contains(HasSubstr("12 poses were dropped: their timestamps jump")));
   EXPECT_EQ(std::count_if(warnings.begin(), warnings.end(),
                           [](const std::string& line) { return line.find("dropped") != std::string::npos; }),
             1);
@@ -316,7 +316,7 @@ TEST(Session, StandardFormsOfPosesByUdpMoveTheReceiver) {
   EXPECT_GT(figures.fixes, 0U);
   EXPECT_GT(figures.no_truth, 5U);
   EXPECT_THAT(notes, ::testing::Contains(HasSubstr("not a JSON object")));
-  // Silence is no frozen fix.
+  // Silence does not freeze the fix.
   const Epoch& last = kept.epochs.back();
   EXPECT_FALSE(last.observed.fix.solved());
   EXPECT_TRUE(std::isnan(last.truth.position.latitude_rad));
@@ -367,8 +367,8 @@ TEST(Session, SendsStreamsAndTakesCommands) {
   EXPECT_EQ(figures.epochs, kept.epochs.size());
 }
 
-// CFG-RST, a cold start: ephemerides are read anew, which takes four strings of GLONASS at the least and
-// little more than a frame after the search at the most (KnownEphemerides).
+// CFG-RST, a cold start: ephemerides are read again, which takes at least four strings of GLONASS and at most
+// little more than a frame after the search (KnownEphemerides).
 TEST(Session, UbxRestartsTheReceiver) {
   const int ubx = test::free_port();
   const Scenario s = scenario(
@@ -442,11 +442,12 @@ TEST(Session, RefusesSourcesThatDoNotFit) {
   };
   EXPECT_THAT(problem("live: {poses: [{from: 'stdin:', receivers: [c]}]}\n"), HasSubstr("no receiver 'c'"));
   EXPECT_THAT(problem("live: {poses: [{from: 'stdin:', receivers: [a]}]}\n"),
-              HasSubstr("nothing moves receiver 'b'"));
+              HasSubstr("no source moves receiver 'b'"));
   EXPECT_THAT(
       problem("live: {poses: [{from: 'stdin:', receivers: [a, b]}, {from: 'stdin:', receivers: [a]}]}\n"),
       HasSubstr("both move receiver 'a'"));
-  EXPECT_THAT(problem("live: {speed: 2, poses: [{from: 'stdin:'}]}\n"), HasSubstr("poses come in real time"));
+  EXPECT_THAT(problem("live: {speed: 2, poses: [{from: 'stdin:'}]}\n"),
+              HasSubstr("poses arrive in real time"));
   EXPECT_THAT(problem("live: {poses: [{from: 'stdin:'}], streams: [{format: nmea, to: 'pty:'}]}\n"),
               HasSubstr("does not name its receiver"));
   EXPECT_THAT(problem("live: {poses: [{from: 'file:/nowhere'}]}\n"), HasSubstr("/nowhere"));
@@ -471,7 +472,7 @@ TEST(Session, RefusesPosesFromWhereNoneCome) {
   };
   EXPECT_THAT(problem("live: {poses: [{from: 'udp://127.0.0.1:9001'}]}\n"),
               HasSubstr("an address to send to"));
-  // An autopilot is asked over such an address, and answers; as does who gets a stream there.
+  // An autopilot is queried over such an address and responds, like the receiver of a stream there.
   const std::string port = std::to_string(test::free_port());
   const auto opens = [](const std::string& live) {
     const Scenario s = scenario(live);
@@ -499,10 +500,10 @@ TEST(Session, SaysThatNoPoseHasComeAndWhyThereIsNoFix) {
   });
   {
     test::LocalConnection commands(control);
-    // Each kind of a broken command says what is wrong with it.
+    // Each kind of invalid command gets its own error.
     for (const auto& [line, what] : {std::pair("{", "is not JSON"), std::pair("[1]", "is not a JSON object"),
                                      std::pair("{\"comand\": \"status\"}", "has no key 'command'"),
-                                     std::pair("{\"command\": 3}", "'command' is not a text")}) {
+                                     std::pair("{\"command\": 3}", "'command' is not a string")}) {
       commands.say(std::string(line) + "\n");
       EXPECT_THAT(commands.read_some(), HasSubstr(what)) << line;
     }
@@ -512,11 +513,11 @@ TEST(Session, SaysThatNoPoseHasComeAndWhyThereIsNoFix) {
       commands.say("{\"command\": \"status\"}\n");
       status = commands.read_some();
     }
-    EXPECT_THAT(status, HasSubstr("\"reason\":\"no pose: the antenna's place is not known\""));
+    EXPECT_THAT(status, HasSubstr("\"reason\":\"no pose: the antenna's position is not known\""));
   }
   server.join();
-  EXPECT_THAT(notes, ::testing::Contains(HasSubstr("none has come yet")));
-  EXPECT_EQ(figures.no_fix, "rover: no pose: the antenna's place is not known");
+  EXPECT_THAT(notes, ::testing::Contains(HasSubstr("none received yet")));
+  EXPECT_EQ(figures.no_fix, "rover: no pose: the antenna's position is not known");
 }
 
 TEST(Session, SaysThatPosesLieFarFromTheCity) {
@@ -593,7 +594,7 @@ TEST(Session, EpochsUntilAFailureAreInTheFiles) {
   EXPECT_EQ(lines_of(csv), 12U);
 }
 
-// A run that is begun anew goes on in time with a vehicle that flies on.
+// A restarted run continues in time with a vehicle that continues its flight.
 TEST(Session, ResumesAtThePosesStamp) {
   const int port = test::free_port();
   const Scenario s = scenario(
@@ -617,7 +618,7 @@ TEST(Session, ResumesAtThePosesStamp) {
   EXPECT_GE(kept.epochs.size(), 10U);
   EXPECT_GE(kept.epochs.back().observed.time - start, 1000);
   EXPECT_LT(kept.epochs.back().observed.time - start, 1002);
-  EXPECT_THAT(notes, ::testing::Contains(HasSubstr("by the first pose's stamp")));
+  EXPECT_THAT(notes, ::testing::Contains(HasSubstr("from the first pose's timestamp")));
   EXPECT_FALSE(std::isnan(kept.epochs.back().truth.position.latitude_rad));
 }
 
@@ -638,7 +639,7 @@ const std::string kRoverAndBase =
     "  - {name: rover, profile: ideal, own_draws: true, corrections: {from: base}}\n"
     "  - {name: base, profile: ideal, own_draws: true, fixed: {east_m: 0, north_m: 0, up_m: 220}}\n";
 
-// The base's epoch of an instant comes before the rover's, whatever vehicle is gathered first.
+// The base's epoch of an instant is before the rover's, in any order of vehicles.
 TEST(Session, CorrectionsAreThoseOfTheSameInstant) {
   const Scenario s = scenario("live: {speed: 20}\n", kDrive, kRoverAndBase);
   Kept live, offline;
@@ -690,7 +691,8 @@ int fixed_epochs(const Kept& kept) {
   }));
 }
 
-// Corrections by an address: the rover reads the port of the base's RTCM, whose place comes every 10 s.
+// Corrections by an address: the rover reads the port of the base's RTCM, with the base's position every 10
+// s.
 TEST(Session, ARoverReadsAStreamOfRtcm) {
   const int port = canyon::test::free_port();
   Kept kept;
@@ -700,7 +702,7 @@ TEST(Session, ARoverReadsAStreamOfRtcm) {
   EXPECT_GE(fixed_epochs(kept), 10);
 }
 
-// What comes is told once, with the password hidden, where it is no use: bytes of another format here.
+// Unusable input, here bytes of another format, is reported once with the password hidden.
 TEST(Session, AStreamThatIsNotRtcmIsTold) {
   const int port = canyon::test::free_port();
   Scenario s = rtk_field(
@@ -713,11 +715,11 @@ TEST(Session, AStreamThatIsNotRtcmIsTold) {
   SessionOptions options;
   options.warn = [&](const std::string& line) { warned.push_back(line); };
   (void)session.run({}, options);
-  EXPECT_THAT(warned, Contains(AllOf(HasSubstr("rover: "), HasSubstr("are not a frame of RTCM 3"),
+  EXPECT_THAT(warned, Contains(AllOf(HasSubstr("rover: "), HasSubstr("are not a valid RTCM 3 frame"),
                                      Not(HasSubstr("SECRET")))));
 }
 
-// The base is 30 km away. The caster computes a station at the place of the rover's GGA sentence.
+// The base is 30 km away. The caster computes a station at the position in the rover's GGA sentence.
 TEST(Session, ACasterServesAVirtualStationAtTheRoversPlace) {
   const int port = canyon::test::free_port(), vrs_port = canyon::test::free_port();
   const std::string caster = "127.0.0.1:" + std::to_string(vrs_port) + "/VRS";
@@ -735,7 +737,7 @@ TEST(Session, ACasterServesAVirtualStationAtTheRoversPlace) {
   }
 }
 
-// A flight stack hands the base's RTCM on to its receiver's UBX line: without it no RTK.
+// A flight stack forwards the base's RTCM to its receiver's UBX line: without it no RTK.
 TEST(Session, RtcmComesOverTheUbxLine) {
   const int port = canyon::test::free_port(), ubx_port = canyon::test::free_port();
   const std::string ubx =
@@ -761,7 +763,7 @@ TEST(Session, RtcmComesOverTheUbxLine) {
   EXPECT_GE(fixed_epochs(kept), 8);
 }
 
-// By stamps a base goes along with the poses, and no further.
+// With stamps a base advances with the poses, and no further.
 TEST(Session, ByStampsABaseGoesAlongWithThePoses) {
   const test::TemporaryFolder folder;
   const std::string log = (folder / "log.jsonl").string();

@@ -18,8 +18,8 @@ namespace {
 using Id = HostWorld::Id;
 using raytrace::InstanceId;
 
-/// Movable things farther than this from the static city's centre are left out until they return: rays are
-/// exact within 10 km, and something that fell off the world would make them coarse for all others.
+/// Movable objects farther than this from the static city's centre are left out until they return: rays are
+/// exact within 10 km, and a distant object would reduce the accuracy for all others.
 constexpr double kReach_m = 10'000;
 /// Static links farther than this from the world's origin are left out.
 constexpr double kLargestWorld_m = 100'000;
@@ -32,8 +32,8 @@ bool is_finite(const RigidPose& pose) {
   return pose.position_m.allFinite() && pose.attitude.coeffs().allFinite() && pose.attitude.norm() > 1e-6;
 }
 
-/// Compares to 10 micrometres and 2e-7 rad, more than a reset of the world rounds. A quaternion and its
-/// negative are one rotation.
+/// Compares to 10 micrometres and 2e-7 rad, above the rounding by a reset of the world. A quaternion and its
+/// negative are the same rotation.
 bool is_same_place(const RigidPose& a, const RigidPose& b) {
   const double sign = a.attitude.dot(b.attitude) < 0 ? -1 : 1;
   return ((a.position_m - b.position_m).array().abs() < 1e-5).all() &&
@@ -51,7 +51,7 @@ struct TrackedLink {
   Id id = 0;
   city::Mesh mesh;  ///< in the link's frame; never empty
   RigidPose pose;
-  InstanceId instance = 0;  ///< 0: none in this scene
+  InstanceId instance = 0;  ///< 0: not in this scene
   bool in_reach = false;
 };
 
@@ -61,11 +61,11 @@ struct TrackedModel {
   std::string name;
   bool vehicle = false;   ///< the host may move it
   bool movable = false;   ///< instances; else in the static mesh
-  bool skipped = false;   ///< no geometry of the city by its name
-  unsigned reshaped = 0;  ///< how often its shapes changed while it was static
+  bool skipped = false;   ///< excluded from the city by its name
+  unsigned reshaped = 0;  ///< number of changes of its shapes while static
   std::uint64_t structure = 0;
   std::uint64_t shapes = 0;
-  std::vector<TrackedLink> links;  ///< with geometry, nested models' too
+  std::vector<TrackedLink> links;  ///< with geometry, including nested models
 };
 
 void append_mesh(city::Mesh& mesh, const city::Mesh& part, const Eigen::Isometry3d& mesh_from_part) {
@@ -100,13 +100,13 @@ struct WorldScene::Impl {
   std::shared_ptr<simulation::CityScene> scene;
   std::uint64_t generation = 0;
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< centre of the static city, ENU
-  double radius = 0;                                 ///< radius of the static city about it
+  double radius = 0;                                 ///< radius of the static city around it
 
   std::vector<TrackedModel> models;  ///< in the world's order
-  std::vector<Id> ids;               ///< kept for its memory
+  std::vector<Id> ids;               ///< kept to reuse its memory
   std::optional<Id> left_out;
   std::size_t next_check = 0;
-  bool stale = true;     ///< the static mesh is to be built (anew)
+  bool stale = true;     ///< the static mesh must be (re)built
   bool changed = false;  ///< instances changed since the last commit
 
   std::vector<std::string> notes;
@@ -150,7 +150,7 @@ struct WorldScene::Impl {
     return models[i].movable || (i + models.size() - next_check) % models.size() < kStaticChecks;
   }
 
-  /// Makes `models` those of `ids`, in their order.
+  /// Updates `models` to `ids`, in their order.
   void match() {
     if (std::equal(models.begin(), models.end(), ids.begin(), ids.end(),
                    [](const TrackedModel& m, Id id) { return m.id == id; }))
@@ -171,12 +171,13 @@ struct WorldScene::Impl {
     TrackedModel tracked;
     tracked.id = id;
     tracked.name = world->name(id);
-    // A new static city costs more than some instances, so that latecomers are these.
+    // Rebuilding the static city costs more than some instances, so models added later become instances.
     tracked.vehicle = !world->is_static(id);
     tracked.movable = tracked.vehicle || generation > 0;
     if (tracked.name == city::kGroundPlaneModel) {
       tracked.skipped = true;
-      note(fmt::format("'{}', the ground under a city without terrain, is not a part of it", tracked.name));
+      note(fmt::format("'{}', the ground under a city without terrain, is not part of the city",
+                       tracked.name));
     }
     tracked.structure = world->structure(id);
     tracked.shapes = world->shapes(id);
@@ -196,7 +197,7 @@ struct WorldScene::Impl {
     changed = true;
   }
 
-  /// Meshes of a model's links; instances where it is movable and a city stands already.
+  /// Builds the meshes of a model's links; instances if it is movable and the city has been built.
   void read_shapes(TrackedModel& tracked) {
     for (TrackedLink& link : tracked.links) drop(link);
     tracked.links.clear();
@@ -212,7 +213,7 @@ struct WorldScene::Impl {
       const std::optional<RigidPose> pose = world->pose(link);
       if (part.mesh.triangles.empty() || !pose) continue;
       if (tracked.vehicle) {
-        // A moving model is not a building, though it reflects like one.
+        // A moving model reflects like a building but is not one.
         for (city::Object& object : part.mesh.objects)
           if (object.surface == city::Surface::Building) object.surface = city::Surface::Vehicle;
       }
@@ -225,7 +226,7 @@ struct WorldScene::Impl {
     for (TrackedLink& part : tracked.links) add(tracked, part);
   }
 
-  /// Draws the facades of models that are not vehicles; returns the note of dress_facades().
+  /// Assigns facades to models that are not vehicles; returns the note of dress_facades().
   std::string dress(const std::vector<TrackedModel*>& among) const {
     city::City city;
     std::vector<city::Mesh*> parts;
@@ -265,7 +266,7 @@ struct WorldScene::Impl {
     if (!check_poses) return;
     for (TrackedLink& part : tracked.links) {
       const std::optional<RigidPose> pose = world->pose(part.id);
-      if (!pose) continue;  // gone with its model, or with the next look at the model's shapes
+      if (!pose) continue;  // removed with its model, or when the model's shapes are read next
       const bool stays = tracked.movable ? pose->position_m == part.pose.position_m &&
                                                pose->attitude.coeffs() == part.pose.attitude.coeffs()
                                          : is_same_place(*pose, part.pose);
@@ -295,8 +296,9 @@ struct WorldScene::Impl {
       if (part.in_reach) scene->scene.set_pose(part.instance, pose);
     }
     if (!part.in_reach) {
-      note(fmt::format("'{}' is left out while it is more than {:.0f} km from the city, or nowhere",
-                       model.name, kReach_m / 1e3));
+      note(fmt::format(
+          "'{}' is left out while it is more than {:.0f} km from the city, or its position is not finite",
+          model.name, kReach_m / 1e3));
     }
     scene->scene.set_visible(part.instance, part.in_reach && left_out != model.id);
     changed = true;
@@ -319,7 +321,7 @@ struct WorldScene::Impl {
     }
   }
 
-  /// A new scene: the static mesh and every instance.
+  /// Makes a new scene: the static mesh and every instance.
   void build() {
     std::vector<TrackedModel*> all;
     for (TrackedModel& model : models) all.push_back(&model);
@@ -342,7 +344,7 @@ struct WorldScene::Impl {
       }
     }
     if (!any) {
-      note(fmt::format("world '{}' holds no {} geometry: every satellite is in sight", options.name,
+      note(fmt::format("world '{}' has no {} geometry: all satellites are in line of sight", options.name,
                        options.visual ? "visual" : "collision"));
     }
     scene = make_scene(options.name, options.frame.enu, std::move(mesh), std::move(facades));
@@ -354,7 +356,7 @@ struct WorldScene::Impl {
     radius = empty ? 0 : 0.5 * (bounds.max - bounds.min).norm();
     if (radius > kReach_m) {
       note(fmt::format(
-          "the static geometry reaches {:.0f} km from its centre: rays are exact within {:.0f} km",
+          "the static geometry extends {:.0f} km from its centre: rays are exact within {:.0f} km",
           radius / 1e3, kReach_m / 1e3));
     }
     for (TrackedModel& model : models) {

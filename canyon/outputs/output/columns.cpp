@@ -24,7 +24,7 @@ using positioning::Dop;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr ViewType F64 = ViewType::F64, F32 = ViewType::F32, U16 = ViewType::U16, U8 = ViewType::U8;
 
-// --- how a column is declared: name, unit, decimals, meaning, where it is empty, value
+// --- declaration of a column: name, unit, decimals, meaning, when it is empty, value
 
 using Number = double (*)(const Row&);
 using Integer = std::int64_t (*)(const Row&);
@@ -74,7 +74,7 @@ constexpr Column word(const char* its_name, const char* help, const char* empty,
   return column;
 }
 
-// --- values that several columns need
+// --- values used by several columns
 
 const positioning::Fix& fix_of(const Row& row) {
   return row.epoch.observed.fix;
@@ -156,7 +156,7 @@ std::string material(const Row& row, int place) {
   return std::string(city::material_name(row.path->incidences[static_cast<std::size_t>(place)].material));
 }
 
-// --- columns that several tables have
+// --- columns of several tables
 
 constexpr Column kWeek = integer("gps_week", "week", "full GPS week, not modulo 1024",
                                  [](const Row& r) -> std::int64_t { return r.epoch.observed.time.week(); });
@@ -171,13 +171,13 @@ constexpr Column kPseudorange =
            "c (receiver clock reading minus satellite clock reading): clock biases and the signal's group "
            "delay are in it",
            "nothing measured", &measured<&positioning::Measurement::pseudorange_m>);
-constexpr Column kPseudorangeError =
-    number("pseudorange_error_m", "m", 4, "excess path, noise and what the fix leaves of the atmosphere",
-           "nothing measured", &if_measured<&receiver::SignalObservation::pseudorange_error_m>);
+constexpr Column kPseudorangeError = number(
+    "pseudorange_error_m", "m", 4, "excess path, noise and the residual atmospheric delay after correction",
+    "nothing measured", &if_measured<&receiver::SignalObservation::pseudorange_error_m>);
 constexpr Column kNoise =
-    number("noise_m", "m", 4, "noise process, and with the signal model the code loop's noise",
+    number("noise_m", "m", 4, "noise process and, with the signal model, the code loop's noise",
            "nothing measured", &if_measured<&receiver::SignalObservation::noise_m>);
-constexpr Column kSigma = number("sigma_m", "m", 4, "standard deviation that the fix weights by",
+constexpr Column kSigma = number("sigma_m", "m", 4, "standard deviation used to weight it in the fix",
                                  "nothing measured", &measured<&positioning::Measurement::sigma_m>);
 constexpr Column kDoppler =
     number("doppler_hz", "Hz", 4, "Doppler of the carrier, positive when approaching", "nothing measured",
@@ -186,18 +186,19 @@ constexpr Column kCarrier = number(
     "carrier_frequency_hz", "Hz", 0, "carrier frequency of the signal; GLONASS: of the satellite's channel",
     "nothing measured", &measured<&positioning::Measurement::carrier_frequency_hz>);
 constexpr Column kCn0 =
-    number("cn0_dbhz", "dB-Hz", 2, "C/N0 as the receiver states it", "nothing measured, or no signal model",
+    number("cn0_dbhz", "dB-Hz", 2, "C/N0 reported by the receiver", "nothing measured, or no signal model",
            &measured_if_any<&positioning::Measurement::cn0_dbhz>);
 constexpr Column kTrueCn0 = number("true_cn0_dbhz", "dB-Hz", 2, "C/N0 at the correlator, tracked or not",
                                    "nothing arrives, or no signal model",
                                    [](const Row& r) { return r.signal->cn0_dbhz.value_or(kNone); });
-constexpr Column kLock = word(
-    "lock",
-    "`tracking`; `holding`: too weak to measure, for a moment; `searching`. Without a signal model all that "
-    "is received is tracked",
-    "never", tracking::LockState::Holding, [](const Row& r) { return r.signal->lock; });
+constexpr Column kLock =
+    word("lock",
+         "`tracking`; `holding`: temporarily too weak to measure; `searching`. Without a signal model all "
+         "received "
+         "signals are tracked",
+         "never", tracking::LockState::Holding, [](const Row& r) { return r.signal->lock; });
 constexpr Column kPhase = number(
-    "carrier_phase_cycles", "cycles", 4, "carrier phase since its lock; it grows with the pseudorange",
+    "carrier_phase_cycles", "cycles", 4, "carrier phase since lock; increases with the pseudorange",
     "no phase", [](const Row& r) { return r.link ? *r.signal->measurement->carrier_phase_cycles : kNone; });
 constexpr Column kPhaseLock = number(
     "phase_lock_s", "s", 3, "time for which the phase has been continuous", "no phase", [](const Row& r) {
@@ -205,10 +206,10 @@ constexpr Column kPhaseLock = number(
     });
 constexpr Column kCycleSlip = number(
     "cycle_slip", "", 0,
-    "`1` not continuous with the signal's phase before it in the file, `0` continuous, or the first one",
+    "`1` not continuous with the signal's previous phase in the file, `0` continuous, or the first one",
     "no phase", [](const Row& r) { return r.link ? (r.link->slip ? 1.0 : 0.0) : kNone; });
 
-// --- the tables. The order is that of the CSV files: a new column goes behind the others.
+// --- the tables. The order is that of the CSV files: a new column is appended.
 
 constexpr std::array kEpochColumns{
     kWeek,
@@ -265,19 +266,19 @@ constexpr std::array kEpochColumns{
         .in_view(U16)
         .in_studies("tracked_of_epoch"),
     integer("not_tracked", "satellites",
-            "satellites above the mask that are not tracked: nothing arrives, or too little",
+            "satellites above the mask that are not tracked: no signal, or too weak",
             [](const Row& r) -> std::int64_t { return r.epoch.observed.blocked; })
         .in_view(U16),
-    integer("used", "satellites", "satellites in the fix; 0 without",
+    integer("used", "satellites", "satellites in the fix; 0 without a fix",
             [](const Row& r) { return static_cast<std::int64_t>(used_count(fix_of(r))); })
         .in_view(U16)
         .in_studies("used_of_epoch"),
-    text("reason", "why there is no fix, as `too few satellites`", "fix",
+    text("reason", "reason why there is no fix, such as `too few satellites`", "fix",
          [](const Row& r) {
            return fix_of(r).solved() ? std::string()
                                      : std::string(no_fix_reason(fix_of(r), r.epoch.placement));
          }),
-    word("placement", "`free`, `inside building` or `under terrain`; `unknown` where a live run has no truth",
+    word("placement", "`free`, `inside building` or `under terrain`; `unknown` if a live run has no truth",
          "never", raytrace::Placement::Unknown, [](const Row& r) { return r.epoch.placement; })
         .in_view(U8),
     number("true_velocity_east_mps", "m/s", 4, "velocity of the antenna, east", "never", &true_velocity<0>)
@@ -293,18 +294,18 @@ constexpr std::array kEpochColumns{
     number("fix_velocity_up_mps", "m/s", 4, "velocity solved from Doppler, up", "no fix, or too few Dopplers",
            &fix_velocity<2>),
     number("sigma_east_m", "m", 4,
-           "standard deviation east that the receiver states: root of the covariance's diagonal", "no fix",
-           &sigma<0>),
+           "standard deviation east reported by the receiver: square root of the covariance's diagonal",
+           "no fix", &sigma<0>),
     number("sigma_north_m", "m", 4, "standard deviation north", "no fix", &sigma<1>),
     number("sigma_up_m", "m", 4, "standard deviation up", "no fix", &sigma<2>),
-    number("covariance_east_north_m2", "m^2", 6, "covariance of east and north that the receiver states",
+    number("covariance_east_north_m2", "m^2", 6, "covariance of east and north reported by the receiver",
            "no fix", &covariance<0, 1>)
         .in_view(F64),
     number("covariance_east_up_m2", "m^2", 6, "covariance of east and up", "no fix", &covariance<0, 2>)
         .in_view(F64),
     number("covariance_north_up_m2", "m^2", 6, "covariance of north and up", "no fix", &covariance<1, 2>)
         .in_view(F64),
-    number("clock_gps_s", "s", 13, "solved receiver clock minus GPS time; SBAS has GPS's",
+    number("clock_gps_s", "s", 13, "solved receiver clock minus GPS time, also for SBAS",
            "no fix, or no satellite of the system used", &clock<gnss::System::GPS>),
     number("clock_glonass_s", "s", 13, "solved receiver clock minus GLONASS's time",
            "no fix, or no satellite of the system used", &clock<gnss::System::GLONASS>),
@@ -316,8 +317,8 @@ constexpr std::array kEpochColumns{
            "no fix, or no satellite of the system used", &clock<gnss::System::QZSS>),
     integer("excluded", "satellites", "satellites that RAIM excluded from this epoch's fix, or their Doppler",
             [](const Row& r) { return static_cast<std::int64_t>(fix_of(r).excluded.size()); }),
-    number("consistent", "", 0, "`1` RAIM's test passed on what is used, `0` failed",
-           "RAIM off, or nothing redundant to test",
+    number("consistent", "", 0, "`1` RAIM's test of the used measurements passed, `0` failed",
+           "RAIM off, or no redundancy",
            [](const Row& r) {
              const auto& consistent = fix_of(r).consistent;
              return consistent ? (*consistent ? 1.0 : 0.0) : kNone;
@@ -334,14 +335,14 @@ constexpr std::array kEpochColumns{
            [](const Row& r) { return r.epoch.observed.clock_bias_s; })
         .not_in_csv()
         .in_view(F64),
-    number("clock_drift", "", 13, "true rate of the receiver clock, seconds a second", "never",
+    number("clock_drift", "", 13, "true rate of the receiver clock, seconds per second", "never",
            [](const Row& r) { return r.epoch.observed.clock_drift; })
         .not_in_csv()
         .in_view(F64),
     word("fix_kind", "`none`, `single`, `differential`, `float`, `fixed`, `dead reckoning` or `combined`",
          "never", positioning::FixKind::Combined, [](const Row& r) { return fix_of(r).kind(); })
         .in_view(U8),
-    number("correction_age_s", "s", 2, "age of the corrections in the fix", "no corrections in it",
+    number("correction_age_s", "s", 2, "age of the corrections in the fix", "no corrections in the fix",
            [](const Row& r) {
              const auto& fix = fix_of(r);
              return positioning::corrected(fix.kind()) ? fix.correction_age_s.value_or(kNone) : kNone;
@@ -357,17 +358,17 @@ constexpr std::array kEpochColumns{
     number(
         "ambiguity_ratio", "", 2,
         "ratio test: squared distance of the second best integer ambiguities, divided by that of the best, "
-        "10 at most",
-        "no integer search",
+        "at most 10",
+        "no ambiguity search",
         [](const Row& r) { return fix_of(r).baseline ? fix_of(r).baseline->ratio.value_or(kNone) : kNone; })
         .in_view(F32),
-    number("baseline_east_m", "m", 4, "vector from the base's stated antenna, east", "no such vector",
+    number("baseline_east_m", "m", 4, "vector from the base's reported antenna, east", "no such vector",
            [](const Row& r) { return baseline(r, 0); })
         .in_view(F64),
-    number("baseline_north_m", "m", 4, "vector from the base's stated antenna, north", "no such vector",
+    number("baseline_north_m", "m", 4, "vector from the base's reported antenna, north", "no such vector",
            [](const Row& r) { return baseline(r, 1); })
         .in_view(F64),
-    number("baseline_up_m", "m", 4, "vector from the base's stated antenna, up", "no such vector",
+    number("baseline_up_m", "m", 4, "vector from the base's reported antenna, up", "no such vector",
            [](const Row& r) { return baseline(r, 2); })
         .in_view(F64),
     number("heading_deg", "deg", 4,
@@ -385,15 +386,14 @@ constexpr std::array kEpochColumns{
              return b && b->moving_base ? degrees(b->heading_sigma_rad()) : kNone;
            })
         .in_view(F32),
-    number(
-        "wrong_fix", "", 0,
-        "1 where a fixed position is off by more than 0.1 m horizontally or 0.2 m vertically, and 1 mm and "
-        "2 mm more for each kilometre of the baseline; else 0",
-        "not fixed",
-        [](const Row& r) {
-          const std::optional<bool> wrong = wrong_fix(r.epoch);
-          return wrong ? (*wrong ? 1.0 : 0.0) : kNone;
-        })
+    number("wrong_fix", "", 0,
+           "1 if a fixed position is off by more than 0.1 m horizontally or 0.2 m vertically, and 1 mm and "
+           "2 mm more for each kilometre of the baseline; else 0",
+           "not fixed",
+           [](const Row& r) {
+             const std::optional<bool> wrong = wrong_fix(r.epoch);
+             return wrong ? (*wrong ? 1.0 : 0.0) : kNone;
+           })
         .in_view(F32),
     word("fusion",
          "the vehicle's sensors in the fix: `initialising` (not yet), `calibrating` or `navigating`",
@@ -414,7 +414,7 @@ constexpr std::array kEpochColumns{
              return fix.fused() ? degrees(fix.fusion->heading_sigma_rad) : kNone;
            }),
     number("velocity_covariance_east_m2ps2", "m^2/s^2", 8,
-           "variance of the velocity east that the receiver states", "no velocity",
+           "variance of the velocity east reported by the receiver", "no velocity",
            &velocity_covariance<0, 0>),
     number("velocity_covariance_east_north_m2ps2", "m^2/s^2", 8, "covariance of east and north",
            "no velocity", &velocity_covariance<0, 1>),
@@ -444,7 +444,8 @@ constexpr std::array kSatelliteColumns{
          "itself, "
          "and no other path is stronger), and no reflection arrives; `LOS+multipath`: reflections arrive as "
          "well; "
-         "`NLOS`: only reflected, bent or scattered signals can be tracked (`lock` says whether they are; a "
+         "`NLOS`: only reflected, diffracted or scattered signals can be tracked (`lock` shows whether they "
+         "are; a "
          "receiver without strength tracks every signal that arrives); `blocked`: no signal, or only weaker "
          "ones",
          "never", propagation::Visibility::Blocked, [](const Row& r) { return r.satellite->visibility; })
@@ -452,9 +453,8 @@ constexpr std::array kSatelliteColumns{
     number(
         "excess_path_m", "m", 4,
         "code delay of the tracked signal by its paths: with the receiver's signal model where the code loop "
-        "rests (multipath error of a direct signal, of either sign; detour of an NLOS one), else the "
-        "shortest "
-        "path's detour, 0 with a direct signal",
+        "settles (multipath error of a direct signal, of either sign; excess path of an NLOS signal), else "
+        "the shortest path's excess, 0 with a direct signal",
         "blocked, or not tracked",
         [](const Row& r) { return has_tracked_excess(*r.satellite) ? r.satellite->excess_m : kNone; })
         .in_view(F32, "excess_m"),
@@ -477,23 +477,24 @@ constexpr std::array kSatelliteColumns{
     kPhase,
     kPhaseLock,
     kCycleSlip,
-    integer("excluded", "", "`1` RAIM or the position filter left it, or its Doppler, out, `0` not",
+    integer("excluded", "", "`1` excluded (or its Doppler) by RAIM or the position filter, `0` not",
             [](const Row& r) -> std::int64_t { return is_excluded(fix_of(r), r.satellite->id); }),
-    text("signal", "first signal that the receiver tracks of it: `L1CA`, `E1`, `B1C` ...", "never",
+    text("signal", "its first signal tracked by the receiver: `L1CA`, `E1`, `B1C` ...", "never",
          [](const Row& r) { return std::string(signal_of(r).name); })
         .not_in_csv()
         .in_view(U8),
-    word("map_visibility", "`visibility` by the map alone, however weak the signals are", "never",
+    word("map_visibility", "`visibility` by the map alone, for any signal strength", "never",
          propagation::Visibility::Blocked, [](const Row& r) { return r.satellite->map_visibility; }),
     number("obstacles_db", "dB", 2,
-           "what shadows and obstacles that the map lacks take from the direct signal; 0 without one",
+           "attenuation of the direct signal by shadowing and by obstacles not in the map; 0 without a "
+           "direct signal",
            "never", [](const Row& r) { return r.satellite->obstacles_db; }),
-    word("tracked_path", "path whose carrier is followed: `direct`, `reflected`, `diffracted` ...",
+    word("tracked_path", "path whose carrier is tracked: `direct`, `reflected`, `diffracted` ...",
          "nothing arrives", propagation::PathKind::Transmitted,
          [](const Row& r) { return r.satellite->tracked_path; }),
 };
 
-/// Without those of the range's terms, which stand behind sigma_m.
+/// Without the columns of the range's terms, which follow sigma_m.
 constexpr std::array kSignalColumns{
     kWeek,
     kTow,
@@ -501,13 +502,13 @@ constexpr std::array kSignalColumns{
     text("signal", "`L1CA`, `E5a`, `G2` ...", "never",
          [](const Row& r) { return std::string(signal_of(r).name); }),
     text("rinex_code",
-         "band and attribute in `receiver.obs`: `1C`, `5Q`; `X` where data and pilot are tracked together",
+         "band and attribute in `receiver.obs`: `1C`, `5Q`; `X` if data and pilot are tracked together",
          "never", [](const Row& r) { return std::string(signal_of(r).code); }),
     kCarrier,
     kLock,
     kTrueCn0,
     kCn0,
-    number("excess_path_m", "m", 4, "code delay by paths", "not tracked",
+    number("excess_path_m", "m", 4, "code delay by the signal paths", "not tracked",
            [](const Row& r) {
              return r.signal->lock == tracking::LockState::Tracking ? r.signal->excess_m : kNone;
            }),
@@ -515,8 +516,9 @@ constexpr std::array kSignalColumns{
     kPseudorangeError,
     kNoise,
     kSigma,
-    number("estimated_ionosphere_m", "m", 4, "the receiver's estimate of it from the satellite's codes",
-           "not `combination: uncombined`, or one signal alone",
+    number("estimated_ionosphere_m", "m", 4,
+           "the receiver's estimate of the ionospheric delay from the satellite's codes",
+           "not `combination: uncombined`, or only one signal",
            [](const Row& r) {
              const auto& m = r.signal->measurement;
              const auto& l1_m = r.satellite->estimated_ionosphere_m;
@@ -532,14 +534,14 @@ constexpr std::array kPathColumns{
     kWeek,
     kTow,
     kSatellite,
-    integer("path", "", "number among the satellite's paths of this epoch, from 0",
+    integer("path", "", "index among the satellite's paths of this epoch, from 0",
             [](const Row& r) { return r.number; }),
     word("kind",
          "`direct`, `reflected`, `diffracted` (around an edge), `diffuse` (scattered by a facade), `spoofed` "
          "(a copy "
          "from a transmitter, [interference.md](../interference.md))",
          "never", propagation::PathKind::Transmitted, [](const Row& r) { return r.path->kind; }),
-    integer("order", "", "reflections on the way: 0, 1 or 2",
+    integer("order", "", "number of reflections: 0, 1 or 2",
             [](const Row& r) -> std::int64_t { return r.path->order; })
         .in_view(U8),
     number("excess_path_m", "m", 4,
@@ -551,20 +553,17 @@ constexpr std::array kPathColumns{
            "loss at the antenna's output against the unobstructed line of sight, at the carrier of the "
            "satellite's "
            "first tracked signal; `diffuse`: mean",
-           "no signal model, or nothing is left of the path",
+           "no signal model, or zero amplitude",
            [](const Row& r) { return r.amplitude != 0.0 ? -20 * std::log10(std::abs(r.amplitude)) : kNone; })
         .in_view(F32, nullptr, 64),
     number("phase_deg", "deg", 1,
-           "phase of the carrier against the unobstructed line of sight, -180 to 180, by detour, reflections "
-           "and "
-           "edge. The "
-           "receiver turns reflected and diffuse paths by a random phase of their surface as well: no city "
-           "is known "
-           "to centimetres",
-           "no signal model, or nothing is left of the path",
+           "phase of the carrier against the unobstructed line of sight, -180 to 180, by excess path, "
+           "reflections and edge. The receiver adds a random phase of the surface to reflected and diffuse "
+           "paths: no city is known to centimetres",
+           "no signal model, or zero amplitude",
            [](const Row& r) { return r.amplitude != 0.0 ? degrees(std::arg(r.amplitude)) : kNone; })
         .in_view(F32, nullptr, 1),
-    text("reflector", "name of the surfaces or edge, 16 hexadecimal digits: the same from epoch to epoch",
+    text("reflector", "name of the surfaces or edge, 16 hexadecimal digits, constant from epoch to epoch",
          "direct",
          [](const Row& r) {
            return r.path->kind == propagation::PathKind::Direct ? std::string()
@@ -577,7 +576,7 @@ constexpr std::array kPathColumns{
            return reflects ? material(r, p.incidence_count - 1) : std::string();
          }),
     number("point_east_m", "m", 3,
-           "point of interaction next to the antenna, in the city's frame, as `canyon trace` gives it: east",
+           "point of interaction next to the antenna, in the city's frame, as in `canyon trace`: east",
            "direct", &point<0>)
         .in_view(F32, nullptr, 64),
     number("point_north_m", "m", 3, "the same, north", "direct", &point<1>).in_view(F32, nullptr, 64),
@@ -585,14 +584,14 @@ constexpr std::array kPathColumns{
     text("far_material", "material of the surface next to the satellite", "reflected once, or not",
          [](const Row& r) { return r.path->order < 2 ? std::string() : material(r, 0); }),
     number("far_point_east_m", "m", 3,
-           "point of reflection next to the satellite, where two facets reflect: east",
-           "reflected once, or not", &far_point<0>)
+           "point of reflection next to the satellite, with two reflections: east", "reflected once, or not",
+           &far_point<0>)
         .in_view(F32, "far_east_m", 64),
     number("far_point_north_m", "m", 3, "the same, north", "reflected once, or not", &far_point<1>)
         .in_view(F32, "far_north_m", 64),
     number("far_point_up_m", "m", 3, "the same, up", "reflected once, or not", &far_point<2>)
         .in_view(F32, "far_up_m", 64),
-    number("arrival_east", "", 6, "direction from the antenna towards where it comes from, of length 1: east",
+    number("arrival_east", "", 6, "unit vector from the antenna towards the direction of arrival: east",
            "never", [](const Row& r) { return r.path->arrival.x(); })
         .not_in_csv(),
     number("arrival_north", "", 6, "the same, north", "never",
@@ -601,7 +600,8 @@ constexpr std::array kPathColumns{
     number("arrival_up", "", 6, "the same, up", "never", [](const Row& r) { return r.path->arrival.z(); })
         .not_in_csv(),
     number(
-        "incidence_deg", "deg", 3, "between ray and normal of the facet next to the antenna", "not reflected",
+        "incidence_deg", "deg", 3, "angle between ray and normal of the facet next to the antenna",
+        "not reflected",
         [](const Row& r) { return r.path->incidence_count > 0 ? degrees(r.path->incidence_rad()) : kNone; })
         .not_in_csv(),
 };
@@ -611,7 +611,7 @@ constexpr std::array<Number, sizeof...(term)> range_term_values(std::index_seque
   return {&range_term<term>...};
 }
 
-/// kSignalColumns with the columns of receiver::range_terms() behind sigma_m.
+/// kSignalColumns with the columns of receiver::range_terms() after sigma_m.
 std::vector<Column> signal_columns() {
   static constexpr auto kValues = range_term_values(std::make_index_sequence<receiver::kMostRangeTerms>());
   std::vector<Column> columns(kSignalColumns.begin(), kSignalColumns.end());

@@ -11,24 +11,24 @@
 #include "canyon/receiver/tracking/signal_options.hpp"
 #include "canyon/run/epoch.hpp"
 
-// The columns of epochs, satellites, signals and paths, each declared once, in columns.cpp. The CSV files,
-// the tables of Python and xarray, a study's kept epochs and their NetCDF, the viewer's tables, and the
-// tables in docs/ read this list; docs/extending.md says how to add a column.
+// The columns of epochs, satellites, signals and paths, each declared once, in columns.cpp. This list defines
+// the CSV files, the tables of Python and xarray, a study's stored epochs and their NetCDF, the viewer's
+// tables, and the tables in docs/; docs/extending.md says how to add a column.
 
 namespace canyon::output {
 
-/// The subject of a table's row. Members that the table does not need are null.
+/// The data of a table's row. Members that the table does not use are null.
 struct Row {
   const simulation::Epoch& epoch;
   const receiver::SatelliteObservation* satellite = nullptr;
-  const receiver::SignalObservation* signal = nullptr;  ///< of a row of satellites: the first
+  const receiver::SignalObservation* signal = nullptr;  ///< in a row of satellites: the first
   const propagation::Path* path = nullptr;
-  std::int64_t number = 0;                   ///< of the path among its satellite's, from 0
+  std::int64_t number = 0;                   ///< index of the path among its satellite's paths, from 0
   std::complex<double> amplitude = {};       ///< of the path: first_signal_amplitude()
-  std::optional<PhaseArcs::Link> link = {};  ///< of the signal's phase to the one before it
+  std::optional<PhaseArcs::Link> link = {};  ///< of the signal's phase to the previous one
 };
 
-/// A unit as CF and UDUNITS write it: "m s-1" of "m/s", "1" of none.
+/// A unit in the notation of CF and UDUNITS: "m s-1" for "m/s", "1" for none.
 [[nodiscard]] std::string cf_unit(std::string_view unit);
 
 /// Type of a column's values in the viewer's chunks, little-endian.
@@ -46,21 +46,21 @@ struct Column {
   const char* name = "";
   const char* unit = "";   ///< "m", "deg", "dB-Hz", "satellites"; empty: none
   const char* help = "";   ///< one line of Markdown
-  const char* empty = "";  ///< where a row has no value: "no fix"
+  const char* empty = "";  ///< meaning of an empty value: "no fix"
   Kind kind = Kind::Number;
-  int decimals = 0;  ///< of a Number in CSV
+  int decimals = 0;  ///< for a Number in CSV
   double (*number)(const Row& row) = nullptr;
   std::int64_t (*integer)(const Row& row) = nullptr;
   std::string (*text)(const Row& row) = nullptr;
   std::string_view (*word)(std::int64_t index) = nullptr;
   std::int64_t words = 0;  ///< indices run from 0 to words - 1
 
-  const char* standard_name = "";     ///< of the CF conventions; empty: none fits
+  const char* standard_name = "";     ///< of the CF conventions; empty: none applies
   bool csv = true;                    ///< the CSV file has it
-  std::optional<ViewType> view = {};  ///< the viewer's table has it; empty: it has not
+  std::optional<ViewType> view = {};  ///< type in the viewer's table; empty: not in it
   const char* view_name = "";         ///< its name there
-  int view_steps = 0;                 ///< rounded to so many steps a unit there; 0: not rounded
-  const char* kept = "";              ///< its name among a study's kept epochs; empty: not kept
+  int view_steps = 0;                 ///< steps per unit after rounding there; 0: not rounded
+  const char* kept = "";              ///< its name among a study's stored epochs; empty: not stored
 
   constexpr Column cf(const char* its_standard_name) const {
     Column column = *this;
@@ -88,7 +88,7 @@ struct Column {
   /// The value of a Number, Integer or Word (its index) in units, of Seconds in seconds; NaN: no value, and
   /// of Text.
   [[nodiscard]] double value(const Row& row) const;
-  /// output::cf_unit() of the unit; latitude and longitude by their names; empty for words and texts.
+  /// output::cf_unit() of the unit; CF's own for latitude and longitude; empty for words and texts.
   [[nodiscard]] std::string cf_unit() const;
 };
 
@@ -104,7 +104,7 @@ struct Table {
   return tables()[static_cast<std::size_t>(kind)];
 }
 
-/// Rows of a Markdown table of what the CSV file has: column, unit, meaning, empty where.
+/// Rows of a Markdown table of the CSV file's columns: column, unit, meaning, when empty.
 [[nodiscard]] std::string markdown(const Table& table);
 
 /// Makes one receiver's rows of a table, epoch after epoch in order of time.
@@ -112,7 +112,7 @@ class TableRows {
  public:
   using Take = void (*)(void* to, const Row& row);
 
-  /// @param signal of the receiver: strengths of paths are of its first tracked signal
+  /// @param signal of the receiver: strengths of paths are for its first tracked signal
   TableRows(TableKind kind, tracking::SignalOptions signal);
 
   /// Calls `take(row)` for each row of an epoch, in the order of the CSV file.

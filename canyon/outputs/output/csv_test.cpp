@@ -109,7 +109,7 @@ TEST(EpochsCsv, NoFixLeavesEmptyCells) {
   const auto sink = open_file("epochs_csv", folder / "epochs.csv", 0);
   simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0}, false);
   epoch.placement = raytrace::Placement::InsideBuilding;
-  // Left-overs of an unsolved fix must not look like a solution.
+  // Remaining values of an unsolved fix must not look like a solution.
   epoch.observed.fix.dop = positioning::Dop{1, 1, 1, 1, 1};
   epoch.observed.fix.position = {};
   epoch.observed.fix.used = {*gnss::parse_satellite("G05")};
@@ -224,7 +224,8 @@ TEST(SatellitesCsv, StrengthLockAndPhase) {
   }
 }
 
-/// A receiver with strength and an ideal antenna, and what arrives of G05 and E11; G12 it does not track.
+/// A receiver with strength and an ideal antenna, and the arriving signals of G05 and E11; it does not track
+/// G12.
 struct PathsSample {
   ReceiverDescription receiver;
   simulation::Epoch epoch = test::sample_signal_epoch(test::sample_time(), test::sample_time(), {1, 2, 3});
@@ -271,9 +272,9 @@ struct PathsSample {
   }
 };
 
-// Half of an amplitude is 6.02 dB. Scattered power comes in both hands alike and the antenna receives one of
-// them: 1 % of it is 23.01 dB less than the clear line of sight. A quarter of a cycle of detour is a quarter
-// of a turn.
+// Half of an amplitude is 6.02 dB. Scattered power has equal parts in both polarizations and the antenna
+// receives one of them: 1 % of it is 23.01 dB less than the clear line of sight. A quarter of a cycle of
+// excess path is 90 deg.
 TEST(PathsCsv, OneLineForEachPathOfWhatTheReceiverTracks) {
   const test::TemporaryFolder folder;
   const auto records = PathsSample().written(folder.path());
@@ -306,7 +307,7 @@ TEST(PathsCsv, OneLineForEachPathOfWhatTheReceiverTracks) {
   EXPECT_EQ(twice.at("far_point_north_m"), "-2.000");
 }
 
-// f(E5a) / f(E1) = 115 / 154 of 10.25 cycles are 7.6542: 0.6542 of a turn back are 124.5 deg on.
+// f(E5a) / f(E1) = 115 / 154 of 10.25 cycles are 7.6542: -0.6542 cycles are +124.5 deg.
 TEST(PathsCsv, StrengthIsOfTheFirstTrackedSignal) {
   const test::TemporaryFolder folder;
   PathsSample sample;
@@ -392,7 +393,7 @@ TEST(Columns, AreNamedOnceAndSayWhatTheyAre) {
   }
 }
 
-// The columns that other programs rely on, in this order.
+// The columns used by other programs, in this order.
 TEST(Documentation, AgreedColumnsComeFirst) {
   const std::vector<std::string> epochs{"gps_week",
                                         "gps_tow",

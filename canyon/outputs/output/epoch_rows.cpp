@@ -13,7 +13,7 @@
 namespace canyon::output {
 namespace {
 
-/// Rounds to a binary fraction: digits that nobody sees make files twice as large.
+/// Rounds to a binary fraction: invisible digits would double the size of files.
 double in_steps(double value, double steps_per_unit) {
   return std::round(value * steps_per_unit) / steps_per_unit;
 }
@@ -84,7 +84,7 @@ void EpochRows::add_bodies(const std::vector<propagation::Body>& about, std::siz
   }
 }
 
-/// Returns how many were kept.
+/// Returns the number of stored paths.
 std::size_t EpochRows::add_paths(Row row, const propagation::SatelliteView& view) {
   struct Kept {
     const propagation::Path* path;
@@ -93,8 +93,8 @@ std::size_t EpochRows::add_paths(Row row, const propagation::SatelliteView& view
   std::vector<Kept> kept;
   for (const propagation::Path& path : view.paths.paths)
     kept.push_back({&path, first_signal_amplitude(*row.satellite, view, path, signal_)});
-  // The first stays in front: it is the direct one, or the shortest detour. Ties and what has no strength
-  // stay in order of their detours.
+  // The first path stays first: the direct one, or the shortest. Ties and paths without strength stay in
+  // order of excess path.
   if (kept.size() > paths_per_satellite_) {
     std::stable_sort(kept.begin() + 1, kept.end(), [](const Kept& a, const Kept& b) {
       return std::abs(a.amplitude) > std::abs(b.amplitude);

@@ -12,7 +12,7 @@ namespace canyon::output {
 
 std::string_view no_fix_reason(const positioning::Fix& fix, raytrace::Placement placement) {
   if (fix.status == positioning::FixStatus::NoSignal && placement == raytrace::Placement::Unknown)
-    return "no pose: the antenna's place is not known";
+    return "no pose: the antenna's position is not known";
   return positioning::reason(fix.status);
 }
 

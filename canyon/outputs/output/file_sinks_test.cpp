@@ -54,7 +54,7 @@ TEST(OutputFiles, WithoutFinishNothingIsLeft) {
   EXPECT_TRUE(files_in(folder.path()).empty());
 }
 
-/// Files cannot grow beyond some bytes while this lives: a full disk.
+/// Limits the size of files during its lifetime: a full disk.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) : old_handler_(std::signal(SIGXFSZ, SIG_IGN)) {
@@ -118,7 +118,7 @@ TEST(OutputFiles, AnOlderFileStaysWhereTheRunFails) {
   EXPECT_EQ(test::read_bytes(folder / "epochs.csv"), before);
 }
 
-/// Fifty metres through a small made-up downtown.
+/// Fifty metres through a small synthetic downtown.
 simulation::Simulation prepare(const std::string& sky, const std::string& receivers) {
   simulation::Scenario scenario = simulation::parse_scenario(
       "city: {synthetic: {blocks_east: 2, blocks_north: 2}}\n" + sky +
@@ -168,7 +168,7 @@ TEST(FileSinks, SeveralReceiversHaveFolders) {
   EXPECT_EQ(files_in(folder.path()), (std::set<std::string>{"sky.nav", "left/epochs.csv", "left/receiver.obs",
                                                             "right/epochs.csv", "right/receiver.obs"}));
   EXPECT_EQ(receiver_folder(simulation, "out", 1), std::filesystem::path("out") / "right");
-  // Noise differs by receiver, so each file is of its own one.
+  // Noise differs by receiver, so each file is of its own receiver.
   EXPECT_NE(test::read_bytes(folder / "left/epochs.csv"), test::read_bytes(folder / "right/epochs.csv"));
   EXPECT_NE(test::read_bytes(folder / "left/receiver.obs").find("left   "), std::string::npos);
 }

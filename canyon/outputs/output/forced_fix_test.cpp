@@ -1,4 +1,4 @@
-// Codes of the fix that a fault forces.
+// Codes of a fix forced by a fault.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

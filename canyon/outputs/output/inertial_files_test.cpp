@@ -18,7 +18,7 @@
 namespace canyon::output {
 namespace {
 
-/// Lines of numbers behind `header_lines`.
+/// Lines of numbers after `header_lines`.
 std::vector<std::vector<double>> numbers_of(const std::filesystem::path& path, std::size_t header_lines) {
   std::vector<std::vector<double>> rows;
   const std::string bytes = test::read_bytes(path);
@@ -69,8 +69,7 @@ TEST_F(InertialFilesTest, HaveEachSampleUntilTheLastEpoch) {
   ASSERT_EQ(motion.size(), 300U);
   EXPECT_NEAR(imu[0][1] - std::floor(imu[0][1]), 0.01, 1e-9);
   EXPECT_NEAR(imu[299][1] - imu[0][1], 2.99, 1e-9);
-  // Full acceleration from 2.2 s on, to the east, with the nose there: the means of a constant are equal to
-  // it.
+  // Full acceleration from 2.2 s on, to the east, with the nose there: the mean of a constant equals it.
   EXPECT_NEAR(imu[280][2], 5, 0.01);
   EXPECT_NEAR(motion[280][11], 5, 0.01);
   EXPECT_NEAR(imu[280][4], 9.788, 0.003);
@@ -78,7 +77,7 @@ TEST_F(InertialFilesTest, HaveEachSampleUntilTheLastEpoch) {
   // 1 m north of the vehicle's point: 1 / 110,743 of a degree at this latitude.
   EXPECT_NEAR((motion[280][2] - 22.3) * 110'743, 1, 1e-3);
   EXPECT_NEAR(motion[280][4], 7, 1e-3);
-  // Velocities are derivatives of places; the radius of the parallel's prime vertical, 7 m up.
+  // Velocities are derivatives of positions; the radius of the parallel's prime vertical, 7 m up.
   const double metres =
       geodesy::radians(motion[290][3] - motion[280][3]) * 6'381'221 * std::cos(geodesy::radians(22.3));
   EXPECT_NEAR(metres / 0.1, (motion[290][5] + motion[280][5]) / 2, 1e-3);
@@ -107,7 +106,7 @@ TEST_F(InertialFilesTest, LeaveLostSamplesOut) {
   EXPECT_NEAR(rows("imu.csv", 1)[0][4], -9.78, 0.1);
 }
 
-// The wheels of the drive: the true speed is the mean of that of the motion, and ticks count the way.
+// The wheels of the drive: the true speed is the mean speed of the motion, and ticks count the distance.
 TEST_F(InertialFilesTest, HaveTheWheels) {
   run("profile: ideal}, wheels: {rate_hz: 20, tick_m: 0.01, scale: 0, slip: 0", "[imu, wheels]");
   const auto wheels = rows("wheels.csv", 1), motion = rows("motion.csv", 1);
@@ -154,7 +153,7 @@ TEST_F(InertialFilesTest, PressuresFollowTheWeather) {
   EXPECT_EQ(samples[29][2], samples[29][6]);
 }
 
-// NumPy is the judge where it is installed; the bytes are also those that the files of text have.
+// NumPy reads the file if it is installed; the values also equal those of the text files.
 TEST_F(InertialFilesTest, ArraysAreTheSameNumbers) {
   run("profile: consumer, lost: 0.1}, wheels: {tick_m: 0}, barometer: {}, magnetometer: {",
       "[imu, sensors_npz]");

@@ -49,7 +49,7 @@ double course_deg(const Eigen::Vector3d& velocity_enu) {
   return wrapped_azimuth_deg(std::atan2(velocity_enu.x(), velocity_enu.y()), 2);
 }
 
-/// (0, 360], as 0 is the word for "not known".
+/// (0, 360], since 0 means "not known".
 double yaw_deg(const positioning::Fix& fix) {
   const double yaw = heading_deg(fix, 2).value_or(mavlink::kUnknown);
   return yaw < 0.005 ? 360 : yaw;
@@ -63,7 +63,7 @@ std::uint8_t satellites(const positioning::Fix& fix) {
   return eight_bits(static_cast<double>(used_count(fix)));
 }
 
-/// A heartbeat and what else comes each second, then the messages of each epoch.
+/// A heartbeat and other messages of each second, then the messages of each epoch.
 class MavlinkStream final : public Encoder {
  public:
   using Messages = std::vector<mavlink::Message>;
@@ -81,7 +81,7 @@ class MavlinkStream final : public Encoder {
     std::string bytes;
     const auto put = [&](const Messages& messages) { bytes += encode(messages); };
     if (!last_second_ || now - *last_second_ >= kSecond) {
-      // Epochs that come 1.0000001 s apart are all sent; those that come 0.4 s apart every 1 s on average.
+      // Epochs 1.0000001 s apart are all sent; of epochs 0.4 s apart one per 1 s on average.
       const bool goes_on = last_second_ && now - *last_second_ < 2 * kSecond;
       last_second_ = goes_on ? *last_second_ + kSecond : now;
       put({mavlink::Heartbeat{}});
@@ -111,12 +111,12 @@ class MavlinkStream final : public Encoder {
 
   Make each_epoch_, each_second_;
   Samples samples_;
-  bool samples_first_ = false;  ///< they come before their epoch
+  bool samples_first_ = false;  ///< samples are sent before their epoch
   std::optional<geodesy::GpsTime> last_second_;
   std::uint8_t sequence_ = 0;
 };
 
-/// A fix's place and accuracy, which all messages have alike.
+/// A fix's position and accuracy, common to all messages.
 template <typename Message>
 void put_place(const simulation::Epoch& epoch, Message& m) {
   const positioning::Fix& fix = epoch.observed.fix;
@@ -127,7 +127,7 @@ void put_place(const simulation::Epoch& epoch, Message& m) {
   m.vertical_accuracy_m = vertical_sigma_m(fix);
 }
 
-/// Bytes of the message of RTCM 3 that begins `bytes`: header and checksum are three each.
+/// Length of the RTCM 3 message at the start of `bytes`: header and checksum have three bytes each.
 std::size_t rtcm_bytes(std::string_view bytes) {
   const auto byte = [&](std::size_t i) { return unsigned{static_cast<unsigned char>(bytes[i])}; };
   return 6 + ((byte(1) & 3U) << 8U | byte(2));
@@ -205,7 +205,7 @@ mavlink::GpsRawInt gps_raw_int(const simulation::Epoch& epoch) {
   m.course_deg = course_deg(*fix.velocity_enu_mps);
   if (fix.velocity_covariance_enu) {
     m.speed_accuracy_mps = speed_sigma_mps(fix);
-    // Deviation across the way, for small angles; a vehicle at rest may have any course.
+    // Deviation across the track, for small angles; the course of a vehicle at rest is arbitrary.
     const Eigen::Vector2d way = fix.velocity_enu_mps->head<2>().normalized(), across(-way.y(), way.x());
     const double across_mps =
         std::sqrt(across.dot(fix.velocity_covariance_enu->topLeftCorner<2, 2>() * across));
@@ -264,7 +264,7 @@ std::vector<mavlink::HighresImu> highres_imu(const simulation::SensorBatch& batc
   const auto frd = [](const Eigen::Vector3d& v, inertial::ImuAxes axes) -> Eigen::Vector3d {
     return inertial::in_axes(v, axes, inertial::ImuAxes::Frd);
   };
-  // By their instants, values that are there.
+  // Present values, by instant.
   struct Samples {
     const simulation::InertialSample* imu = nullptr;
     const simulation::MagnetometerSample* magnetometer = nullptr;
@@ -327,9 +327,9 @@ std::unique_ptr<Encoder> encode_gps_raw_int(const ReceiverDescription& receiver)
 std::unique_ptr<Encoder> encode_highres_imu(const ReceiverDescription& receiver) {
   if (!receiver.sensors.any())
     throw InputError(
-        "highres_imu has no samples of sensors to send",
-        "run canyon simulate or canyon live with sensors: {imu: {profile: consumer}}; hosts and receivers "
-        "with a fixed position have none");
+        "highres_imu has no sensor samples to send",
+        "use canyon simulate or canyon live with sensors: {imu: {profile: consumer}}; hosts and fixed "
+        "receivers have none");
   return std::make_unique<MavlinkStream>(
       nullptr, nullptr,
       [last =

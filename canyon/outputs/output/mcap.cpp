@@ -16,7 +16,7 @@ namespace {
 
 using Nanoseconds = std::uint64_t;
 
-/// A message as CDR: numbers lie at multiples of their size behind the header.
+/// A message as CDR: numbers are aligned to their size after the header.
 class Cdr {
  public:
   Cdr& number(double value) {
@@ -62,8 +62,7 @@ class Cdr {
   Payload body_;
 };
 
-// Definitions of messages, as schemas of "ros2msg" state them: the fields in order, then the types that they
-// need.
+// Definitions of messages, as schemas of "ros2msg": the fields in order, then the types they use.
 constexpr std::string_view kRule =
     "\n================================================================================\nMSG: ";
 constexpr std::string_view kHeader = "std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id",
@@ -144,7 +143,7 @@ class McapWriter {
     to_ = std::max(to_, time);
   }
 
-  /// The chunk, once it is large enough.
+  /// Writes the chunk if it is large enough.
   [[nodiscard]] std::string take(bool all) {
     if (messages_in_chunk_ == 0 || (!all && chunk_.size() < kChunkBytes)) return {};
     Payload chunk;
@@ -208,7 +207,7 @@ class McapWriter {
     Payload footer;
     put_u8(footer, summary_start);
     put_u8(footer, 0);
-    // The checksum is of the summary and of the footer before it.
+    // The checksum covers the summary and the footer up to it.
     const std::string head = record(0x02, Payload(footer).u4(0));
     const std::uint32_t crc = crc_of(summary + head.substr(0, head.size() - 4));
     return tail + summary + record(0x02, footer.u4(crc)) + kMagic;
@@ -270,13 +269,13 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 using simulation::kUnknownVariance;
 using Covariance = std::array<double, 36>;
 
-/// Of a position or velocity, where it is known, and of angles or their rates about x, y and z.
+/// Covariance of a position or velocity, if known, and of angles or their rates about x, y and z.
 Covariance covariance36(const std::optional<Eigen::Matrix3d>& known, const Eigen::Vector3d& angular) {
   Eigen::Matrix<double, 6, 6> all = Eigen::Matrix<double, 6, 6>::Zero();
   all.topLeftCorner<3, 3>() = known.value_or(kUnknownVariance * Eigen::Matrix3d::Identity());
   all.diagonal().tail<3>() = angular;
   Covariance numbers{};
-  Eigen::Map<Eigen::Matrix<double, 6, 6>>(numbers.data()) = all;  // symmetric: row by row as well
+  Eigen::Map<Eigen::Matrix<double, 6, 6>>(numbers.data()) = all;  // symmetric, so row-major is the same
   return numbers;
 }
 const Eigen::Vector3d kUnknownAngles = Eigen::Vector3d::Constant(kUnknownVariance);
@@ -320,7 +319,7 @@ class McapEncoder final : public Encoder {
     m.number(solved ? fix.position.height_m : kUnknown);
     writer_.add(kFix, now, m.numbers(covariance).u1(stated ? 3 : 0).bytes());
     if (!solved || !fix.velocity_enu_mps) return;
-    // Axes of the twist are those of the child frame, which stands still: "gnss_enu".
+    // Axes of the twist are those of the child frame, which is stationary: "gnss_enu".
     Cdr v;
     v.header(now, "map").text("gnss_enu").vector(frame_->local_from_ecef(fix.position_ecef));
     v.number(0).number(0).number(0).number(1);
@@ -343,7 +342,7 @@ class McapEncoder final : public Encoder {
   }
 
   void put_samples(const simulation::SensorBatch& batch) {
-    // ROS has forward, left, up.
+    // ROS uses forward, left, up.
     const Eigen::Vector3d axes(1, batch.imu_axes == inertial::ImuAxes::Flu ? 1 : -1,
                                batch.imu_axes == inertial::ImuAxes::Flu ? 1 : -1);
     for (const simulation::InertialSample& each : batch.imu) {

@@ -1,4 +1,4 @@
-// What the messages of drive.mcap say; tests/judges/mcap.js reads the file itself by another library.
+// Contents of the messages of drive.mcap; tests/judges/mcap.js reads the file itself with another library.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -31,8 +31,7 @@ std::string file_of(const ReceiverDescription& receiver) {
   return bytes + encoder->end();
 }
 
-/// A nav_msgs/Odometry as CDR lays it out: numbers at multiples of their size behind the four bytes of its
-/// head.
+/// A nav_msgs/Odometry in CDR layout: numbers aligned to their size after the four bytes of its header.
 struct Odometry {
   std::array<double, 7> pose{};
   std::array<double, 36> pose_covariance{};
@@ -90,7 +89,7 @@ TEST(Mcap, AFixHasNoAttitude) {
   }
 }
 
-// A base beside the road: the same epochs, without the vehicle's sensors.
+// A base next to the road: the same epochs, without the vehicle's sensors.
 TEST(Mcap, OnlyTheVehicleHasSensors) {
   EXPECT_NE(file_of(on_wheels()).find("/wheels/odometry"), std::string::npos);
   const std::string base = file_of({"base"});

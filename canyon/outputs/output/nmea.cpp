@@ -15,7 +15,7 @@
 #include "canyon/outputs/output/number.hpp"
 #include "canyon/outputs/output/ubx/fix_codes.hpp"
 
-// NMEA 0183 v4.11. The standard is not free; the sentences, talkers, system and signal identifiers are as in
+// NMEA 0183 v4.11. The standard is not free; sentences, talkers, system and signal identifiers are as in
 // u-blox F9 HPG 1.32 Interface Description (UBX-22008968), chapter 2, and gpsd's "NMEA Revealed".
 
 namespace canyon::output {
@@ -30,10 +30,10 @@ struct SystemCodes {
   std::string_view talker;
   char system_id;
   char signal_id;           ///< L1 C/A, G1 C/A, E1, B1I, L1 C/A
-  int first, last, offset;  ///< satellites that have a number, and its distance from theirs
+  int first, last, offset;  ///< satellites with a number, and its offset from the PRN
 };
 
-/// The codes stand in the order of System.
+/// The codes are in the order of System.
 const SystemCodes& codes(System system) {
   static constexpr std::array<SystemCodes, gnss::kSystemCount> kCodes{{{"GP", '1', '1', 1, 32, 0},
                                                                        {"GL", '2', '1', 1, 32, 64},
@@ -44,12 +44,12 @@ const SystemCodes& codes(System system) {
   return kCodes.at(static_cast<std::size_t>(system));
 }
 
-/// NMEA has the satellites of SBAS among GPS's.
+/// NMEA lists SBAS satellites as GPS.
 System listed_with(System system) {
   return system == System::SBAS ? System::GPS : system;
 }
 
-/// A number of at least so many digits, not negative.
+/// A non-negative number with at least this number of digits.
 void append_digits(std::string& text, long number, std::size_t digits) {
   const fmt::format_int written(number);
   text.append(digits - std::min(digits, written.size()), '0').append(written.data(), written.size());
@@ -60,7 +60,7 @@ bool lists(System system, gnss::SatelliteId id) {
   return listed_with(id.system) == system && nmea_satellite_number(id);
 }
 
-/// Talker of the sentences about the solution: the system's own where there is one system, else GN.
+/// Talker of the sentences about the solution: the system's own if there is only one system, else GN.
 std::string_view solution_talker(const receiver::ReceiverEpoch& seen) {
   std::set<System> systems;
   if (seen.fix.solved())
@@ -70,7 +70,7 @@ std::string_view solution_talker(const receiver::ReceiverEpoch& seen) {
   return systems.size() == 1 ? codes(*systems.begin()).talker : std::string_view("GN");
 }
 
-/// Date and time of day, UTC: hundredths where they are exact, else milliseconds.
+/// Date and time of day, UTC: hundredths of a second if exact, else milliseconds.
 struct Clock {
   std::string time, date;
 };
@@ -120,7 +120,7 @@ std::string rmc(const receiver::ReceiverEpoch& seen, std::string_view talker, co
     speed = fixed(std::hypot(east, north) * kKnotsPerMps, 3);
     if (east != 0 || north != 0) course = fixed(wrapped_azimuth_deg(std::atan2(east, north), 2), 2);
   }
-  // Navigational status V: Canyon gives no integrity statement.
+  // Navigational status V: Canyon reports no integrity.
   return nmea_sentence(fmt::format(FMT_COMPILE("{}RMC,{},{},{},{},{},{},,,{},V"), talker, clock.time,
                                    codes_of(fix.kind()).nmea_status, position_fields(fix), speed, course,
                                    clock.date, codes_of(fix.kind()).nmea_mode));
@@ -128,7 +128,7 @@ std::string rmc(const receiver::ReceiverEpoch& seen, std::string_view talker, co
 
 std::string gga(const simulation::Epoch& epoch, std::string_view talker, const Clock& clock) {
   const positioning::Fix& fix = epoch.observed.fix;
-  // Rounded as written, so that the sum of both is the ellipsoidal height; 0 where sea level is not known.
+  // Rounded as written, so that the sum of both is the ellipsoidal height; 0 if sea level is unknown.
   const double separation_m = std::round(epoch.geoid_undulation_m * 1e3) / 1e3;
   const std::string height = fix.solved() ? fixed(fix.position.height_m - separation_m, 3) + ",M," +
                                                 fixed(separation_m, separation_m == 0 ? 1 : 3) + ",M"
@@ -153,7 +153,7 @@ std::string gsa(const receiver::ReceiverEpoch& seen, std::string_view talker) {
     };
     if (count_if([&](auto id) { return listed_with(id.system) == system; }) == 0) continue;
     auto left = static_cast<std::size_t>(count_if([&](auto id) { return lists(system, id); }));
-    // Readers add up the satellites of successive GN sentences, but take only the last of a system's own.
+    // Readers add up the satellites of successive GN sentences, but use only the last of a system's own.
     if (left > kSlots) talker = "GN";
     auto next = fix.used.begin();
     do {
@@ -219,7 +219,7 @@ std::string gsv(const receiver::ReceiverEpoch& seen) {
         append_digits(body += ',', std::clamp(std::lround(degrees(next->elevation_rad)), 0L, 90L), 2);
         append_digits(body += ',', std::lround(wrapped_azimuth_deg(next->azimuth_rad, 0)), 3);
         body += ',';
-        // Empty where nothing is tracked, and where signals have no strength.
+        // Empty if nothing is tracked or signals have no strength.
         if (next->measurement && next->measurement->cn0_dbhz)
           append_digits(body, std::clamp(std::lround(*next->measurement->cn0_dbhz), 0L, 99L), 2);
       }

@@ -126,7 +126,7 @@ TEST(Nmea, SaysWhatTheCorrectionsMadeOfTheFix) {
   EXPECT_THAT(nmea_epoch(prediction), testing::HasSubstr(",0.0,M,,*"));
 }
 
-// True heading, of fixed ambiguities between two antennas alone.
+// True heading, only of fixed ambiguities between two antennas.
 TEST(Nmea, SaysWhereTwoAntennasPoint) {
   using positioning::FixKind;
   const auto headings = [](FixKind kind, bool moving_base, const Eigen::Vector3d& vector_enu) {
@@ -148,7 +148,7 @@ TEST(Nmea, StatesTheDateThatTheReceiverBelieves) {
 
 TEST(Nmea, WithoutAFixNothingLooksLikeAPosition) {
   simulation::Epoch epoch = epoch_at(0, false);
-  epoch.observed.fix.position = {};  // 0, 0: must not come out
+  epoch.observed.fix.position = {};  // 0, 0: must not be written
   epoch.observed.fix.dop = positioning::Dop{1, 1, 1, 1, 1};
   epoch.observed.fix.velocity_enu_mps = Eigen::Vector3d::Zero();
   const std::string text = nmea_epoch(epoch);
@@ -180,7 +180,7 @@ TEST(Nmea, OneSystemSpeaksForItself) {
   for (const std::string& body : bodies(text)) EXPECT_EQ(body.substr(0, 2), "GB") << body;
 }
 
-// NMEA 0183 has SBAS among GPS's satellites: one talker, one list.
+// NMEA 0183 lists SBAS as GPS satellites: one talker, one list.
 TEST(Nmea, SbasStandsBesideGps) {
   simulation::Epoch epoch = epoch_at(0);
   auto& seen = epoch.observed;
@@ -301,7 +301,7 @@ TEST_F(GpsdDecode, ReadsTheSameFixes) {
         EXPECT_FALSE(report.contains("lat")) << report;
         continue;
       }
-      // gpsd 3.25 also reports while an epoch's sentences still come in; the whole epoch follows.
+      // gpsd 3.25 also reports while an epoch's sentences are still arriving; the complete epoch follows.
       if (report.at("mode") == 1) continue;
       ++fixes;
       EXPECT_EQ(report.at("mode"), 3) << report;

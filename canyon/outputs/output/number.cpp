@@ -13,8 +13,8 @@
 namespace canyon::output {
 namespace {
 
-/// `value` times 10^`decimals`, rounded to the nearest: exact where the product is far from the middle of two
-/// numbers and fits into the digits of a double. Nothing elsewhere. @param value not negative
+/// `value` times 10^`decimals`, rounded to the nearest: exact if the product is far from the middle of two
+/// integers and fits into the digits of a double; else empty. @param value not negative
 std::optional<std::uint64_t> scaled(double value, int decimals) {
   constexpr std::array kPowers{1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
                                1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
@@ -22,7 +22,7 @@ std::optional<std::uint64_t> scaled(double value, int decimals) {
   const double power = kPowers.at(static_cast<std::size_t>(decimals)), product = value * power;
   if (!(product < 4e15)) return std::nullopt;
   const auto whole = static_cast<std::int64_t>(product);
-  // With what rounding took from the product.
+  // Includes the rounding error of the product.
   const double rest = product - static_cast<double>(whole) + std::fma(value, power, -product);
   if (std::abs(rest - 0.5) < 1e-6) return std::nullopt;
   return static_cast<std::uint64_t>(whole + (rest > 0.5 ? 1 : 0));
@@ -34,7 +34,7 @@ void append_decimal(std::string& text, std::uint64_t number, std::size_t decimal
   const std::size_t zeros = digits.size() > decimals ? 0 : decimals + 1 - digits.size();
   const std::size_t before = zeros > 0 ? 1 : digits.size() - decimals;
   std::array<char, 48> line{};
-  // With one place left for the point behind the digits before it.
+  // Leaves one character for the decimal point.
   std::fill_n(line.begin() + 1, zeros, '0');
   std::copy_n(digits.data(), digits.size(), line.begin() + 1 + static_cast<std::ptrdiff_t>(zeros));
   std::copy_n(line.begin() + 1, before, line.begin());

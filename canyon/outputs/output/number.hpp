@@ -6,14 +6,14 @@
 
 namespace canyon::output {
 
-/// `value` with `decimals` digits behind the point, in the C locale whatever the program's; "" where it is
-/// not finite (the files' mark for "not known"), never "-0.0".
+/// `value` with `decimals` digits after the point, always in the C locale; "" if it is not finite (the files'
+/// mark for "not known"), never "-0.0".
 [[nodiscard]] std::string fixed(double value, int decimals);
-/// The same behind `text`.
+/// Appends it to `text`.
 void append_fixed(std::string& text, double value, int decimals);
 
-/// Seconds of the GPS week, exact to the nanosecond: at least `min_decimals` (0 to 9) digits behind the
-/// point, more where the instant needs them.
+/// Seconds of the GPS week, exact to the nanosecond: at least `min_decimals` (0 to 9) digits after the point,
+/// more if the instant needs them.
 [[nodiscard]] std::string seconds_of_week(geodesy::GpsTime t, int min_decimals = 3);
 
 }  // namespace canyon::output

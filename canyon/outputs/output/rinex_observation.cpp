@@ -10,13 +10,12 @@
 
 // RINEX, The Receiver Independent Exchange Format, versions 3.04 (IGS/RTCM, 2018) and 4.00 (2021): header
 // records table A2, epochs table A3. For the signals of gnss::signals_of() they differ in the header
-// alone: 4.00 strongly deprecates SYS / PHASE SHIFT and GLONASS COD/PHS/BIS, which 3.04 asks for.
+// alone: 4.00 strongly deprecates SYS / PHASE SHIFT and GLONASS COD/PHS/BIS, which 3.04 requires.
 
 namespace canyon::output {
 namespace {
 
-/// "C1C", and so on: pseudorange and Doppler of each signal; with `strength` carrier phase and strength as
-/// well.
+/// "C1C", and so on: pseudorange and Doppler of each signal; with `strength` also carrier phase and strength.
 std::vector<std::string> observation_codes(const std::vector<const gnss::Signal*>& signals, bool strength) {
   std::vector<std::string> codes;
   for (const gnss::Signal* signal : signals)
@@ -48,7 +47,7 @@ std::string time_record(geodesy::GpsTime t, std::string_view label) {
 }
 
 /// F14.3, loss-of-lock indicator (blank: no loss), signal strength indicator (blank: not known). 0.000 would
-/// stand for a missing observation (RINEX 3.04, table A3), so the least digit stands for a measured one.
+/// mean a missing observation (RINEX 3.04, table A3), so a measured 0 is written as the smallest step.
 std::string observation(double value, bool lost_lock = false, char strength = ' ') {
   if (std::abs(value) < 0.0005) value = std::copysign(0.001, value);
   return fmt::format("{:14.3f}{}{}", value, lost_lock ? '1' : ' ', strength);
@@ -115,8 +114,7 @@ class RinexObservation final : public Encoder {
     return text;
   }
 
-  /// @param first epoch by the receiver's clock @param day an instant of the day whose leap seconds are
-  /// stated
+  /// @param first epoch by the receiver's clock @param day an instant of the day of the reported leap seconds
   std::string header(geodesy::GpsTime first, geodesy::GpsTime day) {
     started_ = true;
     last_ = first;
@@ -177,8 +175,8 @@ class RinexObservation final : public Encoder {
     return text;
   }
 
-  /// The shift that aligned each phase code with the others of its band (3.04, 9.1). Simulated phases are
-  /// aligned without one; without phases it is not known.
+  /// The shift that aligned each phase code with the others of its band (3.04, 9.1). Simulated phases need no
+  /// shift; without phases it is unknown.
   [[nodiscard]] std::string phase_shifts() const {
     std::string text;
     for (const gnss::System system : receiver_.systems) {

@@ -1,4 +1,4 @@
-// An observation file of ours with every band, read by RTKLIB 2.4.3 b34 and by our own reader.
+// Canyon's observation file with all bands, read by RTKLIB 2.4.3 b34 and by Canyon.
 #include "canyon/outputs/output/stream.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/rtklib_observations.hpp"

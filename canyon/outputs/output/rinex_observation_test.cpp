@@ -93,7 +93,7 @@ std::vector<simulation::Epoch> sample_run() {
   for (int i = 0; i < 5; ++i) {
     epochs.push_back(
         test::sample_epoch(test::sample_time() + 0.5 * i, test::sample_place(), {1, 2, 3}, i != 3));
-    // The clock gains 33 ns an epoch, so that tags round up and down.
+    // The clock gains 33 ns per epoch, so that tags are rounded up and down.
     epochs.back().observed.receiver_time = epochs.back().observed.receiver_time + 33e-9 * i;
     for (auto& satellite : epochs.back().observed.satellites) {
       if (i == 2) satellite.measurement.reset();
@@ -112,7 +112,7 @@ void write(const std::filesystem::path& path, const std::vector<simulation::Epoc
   sink->finish();
 }
 
-// A receiver behind a rollover writes 1999, and the leap seconds that satellites send today.
+// A receiver after a week rollover writes 1999, and the leap seconds sent by satellites today.
 TEST(RinexObservation, HasTheDateThatTheReceiverBelieves) {
   const test::TemporaryFolder folder;
   std::vector<simulation::Epoch> epochs = sample_run();
@@ -225,8 +225,8 @@ TEST(RinexObservation, EqualRunsGiveEqualBytes) {
   EXPECT_EQ(test::read_bytes(folder / "a.obs"), test::read_bytes(folder / "b.obs"));
 }
 
-/// Four epochs of 0.5 s with strengths and phases, which grow with the Doppler. G05 slips before the third;
-/// R01 is away at the second and third and comes back with its phase unbroken; C03 begins anew at the fourth,
+/// Four epochs of 0.5 s with strengths and phases, which follow the Doppler. G05 slips before the third; R01
+/// is missing at the second and third and returns with continuous phase; C03 starts a new arc at the fourth,
 /// after a gap of one.
 std::vector<simulation::Epoch> signal_run() {
   std::vector<simulation::Epoch> epochs;
@@ -283,7 +283,7 @@ TEST(RinexObservation, PhasesAndStrengths) {
   EXPECT_EQ(trim(observation_field(text, 0, "G12", 1)), "") << "has no phase";
   EXPECT_EQ(observation_field(text, 0, "E36", 1).substr(14), " 3");
 
-  // Phase and measured phase differ by whole cycles, the same along an arc; at its beginning the phase is
+  // Phase and measured phase differ by whole cycles, constant along an arc; at its beginning the phase is
   // within half a cycle of the range.
   std::map<std::string, double> arcs;
   for (int i = 0; i < 4; ++i) {
@@ -332,7 +332,7 @@ TEST(RinexObservation, StrengthIndicator) {
   }
 }
 
-// RTKLIB reads the file with its own readrnx and writes what it understood.
+// RTKLIB reads the file with its own readrnx and writes the result.
 class RinexObservationJudged : public testing::TestWithParam<bool> {};
 TEST_P(RinexObservationJudged, RtklibReadsTheSame) {
   CANYON_NEEDS_PROGRAM("convbin");

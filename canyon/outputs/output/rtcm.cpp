@@ -26,7 +26,7 @@ constexpr std::size_t kMostCells = 64;
 constexpr int kRoughSteps = 1024;   ///< of a millisecond: DF398
 constexpr int kNoRoughRange = 255;  ///< ms, DF397
 
-/// A signed field's value, or its mark for "none" (the most negative one) beyond its range.
+/// A signed field's value, or its mark for "none" (the minimum value) if out of range.
 std::int64_t or_none(double value, int width) {
   const std::int64_t none = -(std::int64_t{1} << (width - 1));
   const double whole = std::round(value);
@@ -43,7 +43,7 @@ std::uint64_t epoch_time(System system, GpsTime tag) {
     return static_cast<std::uint64_t>(tag.nanosecond_of_week() / kMillisecond_ns);
   geodesy::CalendarTime moscow = geodesy::glonass_from_gps(tag);
   moscow.second = std::min(moscow.second, 59);
-  // Milliseconds of a week that begins on Sunday, as GPS's does.
+  // Milliseconds of a week that begins on Sunday, as in GPS.
   const std::int64_t ms = geodesy::gps_from_calendar(moscow).nanosecond_of_week() / kMillisecond_ns;
   constexpr std::int64_t kDay_ms = 86'400'000;
   return static_cast<std::uint64_t>(ms / kDay_ms) << 27 | static_cast<std::uint64_t>(ms % kDay_ms);
@@ -94,8 +94,8 @@ std::vector<Observations::Satellite> Observations::satellites_of(const RawEpoch&
     const double middle_ms = (low->range_m + high->range_m) / 2 / kMillisecond_m;
     if (!(middle_ms >= 0 && middle_ms < kNoRoughRange - 1)) continue;
     satellite.rough = std::llround(middle_ms * kRoughSteps);
-    // Signals that came by different ways differ by more than fine rates hold: the middle leaves out the
-    // fewest.
+    // Signals over different paths may differ by more than the range of fine rates: the mid-range leaves out
+    // the fewest.
     double least_mps = HUGE_VAL, most_mps = -HUGE_VAL;
     for (const auto& cell : satellite.cells) {
       if (!cell.rate_mps) continue;
@@ -118,7 +118,7 @@ std::vector<Observations::Satellite> Observations::satellites_of(const RawEpoch&
 std::vector<Bits> Observations::messages(const receiver::ReceiverEpoch& seen, std::span<const int> numbers) {
   const RawEpoch raw = observations_.next(seen);
   const GpsTime tag = raw.tag;
-  // A message holds 64 cells at most, counting those of signals that a satellite lacks.
+  // A message has at most 64 cells, including cells of signals that a satellite does not have.
   struct Part {
     int number;
     System system;
@@ -146,7 +146,7 @@ std::vector<Bits> Observations::messages(const receiver::ReceiverEpoch& seen, st
     const bool precise = part.number % 10 == 7;  // MSM7, else MSM4
     Bits bits;
     bits.put(static_cast<std::uint64_t>(part.number), 12).put(0, 12).put(epoch_time(part.system, tag), 30);
-    bits.put(messages.size() + 1 < parts.size() ? 1 : 0, 1);  // more of this epoch follow
+    bits.put(messages.size() + 1 < parts.size() ? 1 : 0, 1);  // more messages of this epoch follow
     bits.put(0,
              3 + 7 + 2 + 2 + 1 + 3);  // IODS, reserved, steering, external clock, smoothing and its interval
     std::uint64_t satellite_mask = 0, signal_mask = 0;
@@ -219,7 +219,7 @@ Bits head(int message, int satellite, int satellite_bits) {
   return Bits().count(message, 12).count(satellite, satellite_bits);
 }
 
-/// Steps that differ between systems.
+/// Resolutions that differ between systems.
 struct Steps {
   int correction_bits;
   double correction;
@@ -230,7 +230,7 @@ struct Steps {
 constexpr Steps kGps{16, 0x1p-29, 16, 0x1p-5, 16, 16}, kGalileo{16, 0x1p-29, 16, 0x1p-5, 14, 60},
     kBeiDou{18, 0x1p-31, 18, 0x1p-6, 17, 8};
 
-/// The fields that all Keplerian messages have in the same order: Crs to Cus, the square root of the axis,
+/// The fields common to all Keplerian messages, in the same order: Crs to Cus, the square root of the axis,
 /// toe, Cic to OMEGA DOT.
 void put_orbit(Bits& to, const KeplerEphemeris& e, const Steps& s, double toe_s) {
   to.number(e.crs, s.radius, s.radius_bits)
@@ -302,7 +302,8 @@ Bits galileo(const KeplerEphemeris& e) {
       .number(e.af0, 0x1p-34, 31);
   put_orbit(w, e, kGalileo, e.toe.seconds_of_week());
   w.number(e.group_delay[0], 0x1p-32, 10);
-  // RINEX has the flags in one word: E1-B's data validity, then two bits of health, then E5a's and E5b's.
+  // RINEX combines the flags in one word: E1-B's data validity, then two bits of health, then E5a's and
+  // E5b's.
   const auto health = [&](int at) { w.count(e.health >> (at + 1), 2).count(e.health >> at, 1); };
   if (fnav) {
     health(3);
@@ -354,13 +355,13 @@ Bits ephemeris(const KeplerEphemeris& e) {
   return {};
 }
 
-// DF104 to DF136 follow the strings of the satellite's own message (ICD GLONASS L1, L2 5.1, table 4.5).
+// DF104 to DF136 are as the strings of the satellite's own message (ICD GLONASS L1, L2 5.1, table 4.5).
 Bits ephemeris(const gnss::GlonassEphemeris& e) {
   if (e.id.number > 24) return {};
   const geodesy::CalendarTime tb = geodesy::glonass_from_gps(e.toe),
                               tk = geodesy::glonass_from_gps(e.transmission);
   const int tb_minutes = tb.hour * 60 + tb.minute;
-  // Years are counted in fours from 1996 on, days from the first of January of such a leap year.
+  // Four-year intervals count from 1996, days from 1 January of the leap year.
   const int four_years = (tb.year - 1996) / 4;
   const GpsTime first_day = geodesy::gps_from_calendar({.year = 1996 + 4 * four_years, .month = 1, .day = 1});
   const GpsTime day = geodesy::gps_from_calendar({.year = tb.year, .month = tb.month, .day = tb.day});
@@ -393,7 +394,7 @@ Bits ephemeris(const gnss::GlonassEphemeris& e) {
       .count(0, 1 + 4)  // P4, FT
       .count(day_number, 11)
       .count(1, 2)            // GLONASS-M
-      .count(0, 1 + 11 + 32)  // nothing of string 5: NA, tau c
+      .count(0, 1 + 11 + 32)  // no data of string 5: NA, tau c
       .count(four_years + 1, 5)
       .count(0, 22)  // tau GPS
       .count(e.health != 0 ? 1 : 0, 1)
@@ -404,7 +405,7 @@ template <typename Ephemeris>
 void Ephemerides::add_due(const std::vector<Ephemeris>& records, const simulation::Epoch& epoch,
                           std::vector<Bits>& messages) {
   const GpsTime now = epoch.observed.time;
-  // The simulated sky uses the nearest in time, the newer one of two.
+  // As in the simulated sky: the nearest in time, the newer of two.
   std::map<Key, const Ephemeris*> nearest;
   for (const auto& satellite : epoch.observed.satellites) {
     if (!measured(satellite)) continue;
@@ -481,8 +482,8 @@ namespace rtcm {
 
 Bits station(const Eigen::Vector3d& antenna_ecef, bool computed) {
   Bits bits;
-  // DF003 station 0; DF021 year of the frame, not given; DF022 to DF024 it serves GPS, GLONASS, Galileo;
-  // DF141 whether it is a computed one.
+  // DF003 station 0; DF021 year of the frame, not given; DF022 to DF024 serves GPS, GLONASS, Galileo; DF141
+  // computed (virtual) station.
   bits.put(1005, 12).put(0, 12).put(0, 6).put(0b111, 3).put(computed ? 1 : 0, 1);
   const auto coordinate = [&](double metres) { bits.number(metres, 1e-4, 38); };
   coordinate(antenna_ecef.x());

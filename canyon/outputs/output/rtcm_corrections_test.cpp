@@ -1,4 +1,4 @@
-// CorrectionsDecoder reads a receiver's own stream of RTCM back.
+// CorrectionsDecoder reads the RTCM stream of Canyon's receiver.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -74,7 +74,7 @@ TEST(RtcmCorrections, OwnStreamComesBackToItsResolution) {
   EXPECT_EQ(decoder.status().checksum_errors, 0U);
 }
 
-// A u-blox receiver as a base sends RTCM 3 among its UBX messages, those that CFG-MSGOUT names.
+// A u-blox base receiver sends the RTCM 3 messages enabled by CFG-MSGOUT among its UBX messages.
 TEST(RtcmCorrections, GoOutOverAUbxLine) {
   const geodesy::GpsTime begin = test::sample_time();
   simulation::Epoch epoch = test::sample_signal_epoch(begin, begin - 100);
@@ -92,7 +92,7 @@ TEST(RtcmCorrections, GoOutOverAUbxLine) {
   };
   using Counts = std::map<int, std::uint64_t>;
   const auto moving = format_named("ubx").make(description);
-  // 1005 of each second epoch, 1074, 1077 and 1230 of each, on UART1.
+  // 1005 at each second epoch, 1074, 1077 and 1230 at each, on UART1.
   (void)moving->receive(
       0, ubx::frame(0x068A,
                     test::values(1, {{0x209102be, 2}, {0x2091035f, 1}, {0x209102cd, 1}, {0x20910304, 1}})));
@@ -110,7 +110,7 @@ TEST(RtcmCorrections, GoOutOverAUbxLine) {
                     test::values(1, {{0x10740004, 1}, {0x209102be, 2}, {0x209102cd, 1}, {0x20910304, 1}})));
   EXPECT_EQ(types(*base, 4), (Counts{{1005, 2}, {1077, 4}, {1230, 4}}));
 
-  // CFG-TMODE tells it another place: 47.123456789 deg, 8.5 deg, 400.1234 m.
+  // CFG-TMODE sets another position: 47.123456789 deg, 8.5 deg, 400.1234 m.
   (void)base->receive(0, ubx::frame(0x068A, test::values(1, {{0x20030001, 2},
                                                              {0x20030002, 1},
                                                              {0x40030009, 471234567},
@@ -130,8 +130,8 @@ TEST(RtcmCorrections, GoOutOverAUbxLine) {
   EXPECT_LT((last->station_ecef - geodesy::ecef_from_geodetic(told)).norm(), 2e-4);
 }
 
-// RTCM among commands on a receiver's UBX line: RXM-RTCM says of each message that it came (UBX-22008968,
-// 3.17.10), and of each broken one.
+// RTCM among commands on a receiver's UBX line: RXM-RTCM reports each received message
+// (UBX-22008968, 3.17.10), and each damaged one.
 TEST(RtcmCorrections, ComeOverAUbxLine) {
   const geodesy::GpsTime begin = test::sample_time();
   simulation::Epoch epoch = test::sample_signal_epoch(begin, begin - 100);
@@ -143,7 +143,7 @@ TEST(RtcmCorrections, ComeOverAUbxLine) {
   std::string settings("\x00\x01\x00\x00", 4);
   for (const char port : {'\x68', '\x69', '\x6a', '\x6b', '\x6c'})
     settings += std::string{port, 2, '\x91', 0x20, 1};
-  // RXM-COR likewise.
+  // Same for RXM-COR.
   for (const char port : {'\xb6', '\xb7', '\xb8', '\xb9', '\xba'})
     settings += std::string{port, 6, '\x91', 0x20, 1};
   (void)device->receive(0, ubx::frame(0x068A, settings));

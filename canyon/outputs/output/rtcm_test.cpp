@@ -1,4 +1,4 @@
-// Closed forms and the standard's own example; the messages as a whole are checked by RTKLIB in
+// Closed forms and the standard's own example; complete messages are checked by RTKLIB in
 // tests/integration/rtcm_test.cpp.
 #include "canyon/outputs/output/rtcm.hpp"
 
@@ -14,7 +14,7 @@ namespace {
 
 using broadcast::Bits;
 
-/// Messages in a stream of frames without anything between them, by number, in order.
+/// Messages in a stream of contiguous frames, by number, in order.
 std::vector<std::pair<int, std::string>> messages_in(const std::string& stream) {
   std::vector<std::pair<int, std::string>> messages;
   for (std::size_t at = 0; at + 6 <= stream.size();) {
@@ -44,7 +44,7 @@ TEST(Rtcm, FrameOfTheStandardsExample) {
   Bits message;
   for (std::size_t i = 3; i < 22; ++i) message.put(static_cast<unsigned char>(example[i]), 8);
   EXPECT_EQ(rtcm::frame(message), example);
-  // The same place: its coordinates are 38 bits each at 34, 74 and 114.
+  // The same position: its coordinates are 38 bits each at 34, 74 and 114.
   const Bits ours = rtcm::station({1114104.5999, -4850729.7108, 3975521.4643});
   ASSERT_EQ(ours.size(), message.size());
   for (const std::size_t at : {34U, 74U, 114U}) EXPECT_EQ(ours.number(at, 38), message.number(at, 38));
@@ -129,7 +129,7 @@ TEST(Rtcm, AStreamLeavesEphemeridesOutWhereItIsTold) {
   EXPECT_EQ(sent("?ephemerides=false"), (std::vector<int>{1033, 1077, 1087, 1097, 1117, 1127}));
 }
 
-// A fault changes what is said, and keeps toe and time of transmission.
+// A fault changes the contents and keeps toe and time of transmission.
 TEST(Rtcm, ChangedEphemeridesComeAtOnceAndSoDoTheOldOnes) {
   gnss::NavigationData right;
   gnss::KeplerEphemeris e;
@@ -150,8 +150,8 @@ TEST(Rtcm, ChangedEphemeridesComeAtOnceAndSoDoTheOldOnes) {
 }
 
 TEST(Rtcm, NoMessageHoldsMoreThan64Cells) {
-  // Twenty satellites with four signals: two messages, of 16 and 4 satellites, and the first says that more
-  // of the epoch follow (DF393, bit 54).
+  // Twenty satellites with four signals: two messages, of 16 and 4 satellites, and the first is marked as
+  // followed by more of the epoch (DF393, bit 54).
   simulation::Epoch epoch;
   epoch.observed.time = epoch.observed.receiver_time = test::sample_time();
   const auto signals = gnss::signals_of(gnss::System::GPS);

@@ -6,7 +6,7 @@
 namespace canyon::output {
 namespace {
 
-/// A Septentrio receiver at the other end of a line: its answers, and the blocks of each epoch.
+/// A Septentrio receiver at the other end of a line: its responses and the blocks of each epoch.
 class SbfDevice final : public Encoder {
  public:
   explicit SbfDevice(const ReceiverDescription& receiver)
@@ -50,7 +50,7 @@ class SbfDevice final : public Encoder {
   DeviceEpochs epochs_;
   sbf::SbfCommands all_;
   transport::Readers<sbf::SbfCommands> own_;  ///< of each connection
-  std::optional<DeviceEpoch> told_;           ///< of the epoch of encode(), as long as it lives
+  std::optional<DeviceEpoch> told_;           ///< of the epoch of encode(), valid as long as the epoch
   std::vector<broadcast::SentMessage> messages_;
   std::int64_t now_ms_ = 0;
 };

@@ -28,7 +28,7 @@ void append(std::vector<double>& values, const Several& several) {
   values.insert(values.end(), several.data(), several.data() + several.size());
 }
 
-// The arrays of a sample but its time: name, heads of their columns in a CSV file, values.
+// The arrays of a sample without its time: name, column headers in a CSV file, values.
 template <typename Put>
 void each_array(const simulation::InertialSample& sample, inertial::ImuAxes axes, const Put& put) {
   const simulation::SensorMotion motion(sample.truth.sensor, axes);
@@ -72,9 +72,9 @@ void each_array(const simulation::MagnetometerSample& sample, inertial::ImuAxes,
 static_assert(std::endian::native == std::endian::little, "arrays are written as they lie in memory");
 
 constexpr std::size_t kVersion = 20, kStored = 0, kTime = 0,
-                      kDate = 0x21;  // 1980-01-01: the same bytes always
+                      kDate = 0x21;  // 1980-01-01: for deterministic bytes
 
-/// What a local header and its entry in the list share.
+/// Fields common to a local header and its entry in the list.
 void describe(Payload& record, std::uint32_t crc, std::uint32_t size, std::size_t name_length) {
   record.u2(kVersion).u2(0).u2(kStored).u2(kTime).u2(kDate);
   record.u4(crc).u4(size).u4(size).u2(name_length).u2(0);
@@ -176,7 +176,7 @@ void NpzWriter::add(std::string_view name, const std::vector<double>& values, st
   Member member{fmt::format("{}.npy", name)};
   constexpr std::uint64_t kMost = 4'200'000'000;  // leaves room for the list
   if (size_ + header.size() + data.size() > kMost) {
-    throw InputError(fmt::format("array {} does not fit into a .npz file, whose limit is 4 GiB", name),
+    throw InputError(fmt::format("array {} does not fit into a .npz file (limit 4 GiB)", name),
                      "simulate a shorter run or a lower rate, or write imu.csv");
   }
   const auto crc = [](std::uint32_t before, std::string_view bytes) {

@@ -86,10 +86,10 @@ class ImuFiles {
   std::string line_, time_text_;
 };
 
-/// Files of the scenario's sensors in `folder` (sensor_files() has the columns), as `outputs:` asks for
-/// them, of sensors that the scenario has. `imu`: imu.csv, its samples, and motion.csv, the true motion of
-/// the sensor at their instants, with all digits; `wheels`: wheels.csv; `barometer`: barometer.csv;
-/// `magnetometer`: magnetometer.csv; `sensors_npz`: sensors.npz, all of these for NumPy.
+/// Files of the scenario's sensors in `folder` (columns: sensor_files()), as requested in `outputs:`. `imu`:
+/// imu.csv, its samples, and motion.csv, the true motion of the sensor at their instants, with all digits;
+/// `wheels`: wheels.csv; `barometer`: barometer.csv; `magnetometer`: magnetometer.csv; `sensors_npz`:
+/// sensors.npz, all of these for NumPy.
 class InertialFiles final : public simulation::EpochSink {
  public:
   InertialFiles(const simulation::Simulation& simulation, const std::filesystem::path& folder)
@@ -171,7 +171,7 @@ std::string safe_name(const std::string& name) {
 }  // namespace
 
 std::vector<std::string> receiver_folder_names(const std::vector<std::string>& receiver_names) {
-  // Letters of either case count as one name: not every file system distinguishes them.
+  // Names that differ only in case count as equal, since some file systems ignore case.
   std::set<std::string> taken{"sky.nav", "sensors.npz", "view", "report.txt"};
   for (const auto& [file, heads] : sensor_files()) taken.insert(file);
   std::vector<std::string> folders;

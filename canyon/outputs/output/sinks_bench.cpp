@@ -1,4 +1,4 @@
-// Epochs per second that each output takes, on the 12 satellites of the sample epoch.
+// Epochs per second of each output, with the 12 satellites of the sample epoch.
 #include <benchmark/benchmark.h>
 
 #include <functional>

@@ -34,15 +34,15 @@ transport::StreamDescription stream_description(const Format& format, const Rece
   return stream;
 }
 
-/// Throws InputError where no client can state the place of its station, or no base measures for it.
+/// Throws InputError if no client can report its position, or if the receiver is not a base station.
 void check_virtual_station(const StreamRequest& request, const ReceiverDescription& base) {
   const auto refuse = [](std::string_view problem, std::string_view cure) {
     throw InputError(fmt::format("virtual_station: {}", problem), cure);
   };
   if (request.format != "rtcm")
-    refuse(fmt::format("{} has no corrections for a place", request.format), "use the format rtcm");
+    refuse(fmt::format("{} has no corrections for a position", request.format), "use the format rtcm");
   if (transport::is_file_address(request.address)) {
-    refuse("no client can report its place to a file",
+    refuse("no client can report its position to a file",
            "serve it as ntrip-caster://HOST:PORT/MOUNT or tcp://HOST:PORT");
   }
   if (!base.station_ecef) {
@@ -71,8 +71,8 @@ EncodedStream::EncodedStream(std::unique_ptr<Encoder> encoder, std::shared_ptr<t
     if (const auto baud = encoder_->take_baud()) link_->transport().set_baud(*baud);
     if (const std::string command = encoder_->take_first_command(); !command.empty())
       link_->note(received.reader == 0
-                      ? fmt::format("the other end sets what it gets: {}", command)
-                      : fmt::format("client {} sets what it alone gets: {}", received.reader, command));
+                      ? fmt::format("the other end configured its output: {}", command)
+                      : fmt::format("client {} configured its own output: {}", received.reader, command));
   });
 }
 
@@ -82,7 +82,7 @@ EncodedStream::~EncodedStream() {
 
 bool EncodedStream::wanted(geodesy::GpsTime time) {
   if (!options_.rate_hz) return true;
-  // Half a millisecond: epochs of a clock that is not quite on its grid count as on it.
+  // Half a millisecond: epochs slightly off the grid count as on it.
   const auto number =
       static_cast<std::int64_t>(std::floor((time - geodesy::GpsTime{} + 0.0005) * *options_.rate_hz));
   return std::exchange(sent_, number) != number;
@@ -119,7 +119,7 @@ void EncodedStream::hand_over(std::vector<Waiting> pieces) {
     each.due = due;
     waiting_.push_back(std::move(each));
   }
-  // Each reader has a line of its own.
+  // Each reader has its own line.
   std::stable_sort(waiting_.begin() + waited, waiting_.end(),
                    [](const Waiting& a, const Waiting& b) { return a.due < b.due; });
 }
@@ -134,7 +134,7 @@ std::vector<EncodedStream::Waiting> EncodedStream::encode(const simulation::Epoc
     if (!own) others.push_back(reader);
   }
   if (stations_ || (!pieces.empty() && others.empty())) return pieces;
-  if (pieces.empty()) others.clear();  // it is for all
+  if (pieces.empty()) others.clear();  // sent to all
   pieces.push_back({{}, std::move(all), std::move(others)});
   return pieces;
 }
@@ -228,8 +228,8 @@ std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::si
   if (!link) link = std::make_shared<transport::Link>(request.address);
   const Format& format = format_named(request.format);
   if (!format.live && !transport::is_file_address(request.address)) {
-    throw InputError(fmt::format("{} is whole only at the end of a run and cannot go to '{}'", format.name,
-                                 request.address),
+    throw InputError(fmt::format("{} is complete only at the end of a run and cannot be sent to '{}'",
+                                 format.name, request.address),
                      fmt::format("write it to a file, {}=file:{}", format.name, format.file));
   }
   if (transport::is_input_address(request.address)) {
@@ -248,7 +248,7 @@ std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::si
   std::unique_ptr<Encoder> encoder = format.make(description);
   if (request.options.rate_hz && encoder->uses_sensors()) {
     throw InputError(fmt::format("rate_hz would leave out samples of {}", format.name),
-                     "leave out rate_hz; sensors have a rate_hz of their own");
+                     "remove rate_hz; sensors have their own rate_hz");
   }
   link->transport().describe(described);
   return std::make_unique<EncodedStream>(std::move(encoder), std::move(link), receiver, request.options,

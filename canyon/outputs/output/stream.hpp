@@ -22,15 +22,15 @@
 
 namespace canyon::output {
 
-/// A virtual reference station for each reader of a stream, at the place that its GGA sentences report.
+/// A virtual reference station for each reader of a stream, at the position reported in its GGA sentences.
 class VirtualStations {
  public:
-  /// @param base of the base station that all of them are computed from
+  /// @param base of the base station from which all virtual stations are computed
   VirtualStations(const Format& format, ReceiverDescription base);
 
   /// Takes bytes from a reader, cut anywhere. Anything but GGA sentences with a fix is ignored.
   void receive(std::uint64_t reader, std::string_view bytes);
-  /// The bytes of the base's epoch for a reader; empty: it has not reported a place.
+  /// The bytes of the base's epoch for a reader; empty: it has not reported a position.
   [[nodiscard]] std::optional<std::string> encode(std::uint64_t reader, const simulation::Epoch& epoch);
 
  private:
@@ -39,7 +39,7 @@ class VirtualStations {
     std::optional<Eigen::Vector3d> reported_ecef;
     simulation::VirtualStation station;
     std::unique_ptr<Encoder> encoder;
-    Eigen::Vector3d place_ecef = Eigen::Vector3d::Zero();  ///< of the station that `encoder` states
+    Eigen::Vector3d place_ecef = Eigen::Vector3d::Zero();  ///< of the station that `encoder` reports
   };
 
   const Format* format_;
@@ -54,14 +54,14 @@ using simulation::StreamRequest;
 /// "nmea=pty:?rate_hz=5&latency_s=0.1". Throws InputError for other texts.
 [[nodiscard]] StreamRequest parse_stream(std::string_view text);
 
-/// Epochs of one receiver through an encoder to an address.
+/// Sends epochs of one receiver through an encoder to an address.
 class EncodedStream final : public simulation::EpochSink {
  public:
   using Clock = std::chrono::steady_clock;
-  /// The time by which latencies pass: real time, or that of a simulator, which may be slower or faster.
+  /// The clock of latencies: real time, or a simulator's time, which may be slower or faster.
   using Now = std::function<Clock::time_point()>;
   /// Sends the format's first bytes. Throws as Transport::send() does.
-  /// @param stations what each reader gets beside the encoder's bytes, which all get; empty: nothing
+  /// @param stations bytes for each reader in addition to the encoder's bytes, which all get; empty: none
   EncodedStream(std::unique_ptr<Encoder> encoder, std::shared_ptr<transport::Link> link, std::size_t receiver,
                 const StreamOptions& options = {}, std::optional<VirtualStations> stations = {},
                 Now now = Clock::now);
@@ -69,21 +69,21 @@ class EncodedStream final : public simulation::EpochSink {
   EncodedStream(const EncodedStream&) = delete;
   EncodedStream& operator=(const EncodedStream&) = delete;
 
-  /// Epochs of other receivers are passed over, and those that rate_hz leaves out.
+  /// Ignores epochs of other receivers, and epochs left out by rate_hz.
   void write(const simulation::Epoch& epoch) override;
-  /// Samples of the receiver's sensors before their epoch comes.
+  /// Samples of the receiver's sensors that precede their epoch.
   void write_samples(const simulation::SensorBatch& samples);
-  /// The first call ends the stream, sending at once what waits; later ones do nothing. The transport is
+  /// The first call ends the stream and sends queued bytes at once; later calls do nothing. The transport is
   /// finished with the last stream of its link.
   void finish() override;
   [[nodiscard]] bool uses_sensors() const override { return encoder_->uses_sensors(); }
   /// Call it between two epochs; write() does it as well.
   void serve();
-  /// The part of serve() that is not the link's.
+  /// The part of serve() for this stream alone, without the link.
   void send_due();
-  /// Sends at once what waits.
+  /// Sends queued bytes at once.
   void send_waiting();
-  /// The instant at which serve() has the next bytes to send; empty: none wait.
+  /// The instant at which serve() has bytes to send next; empty: none are queued.
   [[nodiscard]] std::optional<Clock::time_point> next_due() const;
   [[nodiscard]] std::vector<std::string> take_notes() { return link_->take_notes(); }
   [[nodiscard]] std::size_t receiver() const { return receiver_; }
@@ -96,11 +96,11 @@ class EncodedStream final : public simulation::EpochSink {
     std::vector<std::uint64_t> readers;  ///< none: all
   };
   [[nodiscard]] bool wanted(geodesy::GpsTime time);
-  /// What each reader gets of an epoch.
+  /// The bytes of an epoch for each reader.
   [[nodiscard]] std::vector<Waiting> encode(const simulation::Epoch& epoch);
-  /// Sends the pieces, or lets them wait for what is set.
+  /// Sends the pieces, or queues them for the configured latency.
   void hand_over(std::vector<Waiting> pieces);
-  /// Each datagram behind the one before, at the link's speed.
+  /// Sends datagrams one after the other, at the link's speed.
   void wait_one_by_one(const Waiting& what, Clock::time_point due);
   void send(const Waiting& what);
 
@@ -117,22 +117,23 @@ class EncodedStream final : public simulation::EpochSink {
   bool finished_ = false;
 };
 
-/// Throws InputError for an unknown format, an address that cannot be opened, and a format that says nothing
-/// before its end anywhere but in a file.
-/// @param link that others use as well; null: one of its own. A format whose first bytes every reader gets
-/// needs a link of its own (InputError)
+/// Throws InputError for an unknown format, an address that cannot be opened, and a format without output
+/// before its end, except in a file.
+/// @param link shared with other streams; null: its own. A format with initial bytes for every reader needs
+/// its own link (InputError)
 [[nodiscard]] std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,
                                                          ReceiverDescription description,
                                                          std::shared_ptr<transport::Link> link = nullptr,
                                                          EncodedStream::Now now = EncodedStream::Clock::now);
 
-/// Hands on to a stream's receiver what the other end sent since the last call: corrections, of which the
-/// newest counts, and a restart, as a fault. Returns a line where there was a restart.
+/// Passes the data that the other end sent since the last call to a stream's receiver: the newest
+/// corrections, and a restart, as a fault. Returns a line for the log if there was a restart.
 [[nodiscard]] std::string hand_on(EncodedStream& stream, simulation::LiveReceiver& receiver);
-/// Place of the receiver that a request names among `names`. Throws InputError for an unknown receiver, and
-/// for none with several.
+/// Index in `names` of the receiver that a request names. Throws InputError for an unknown receiver, and
+/// without a name if there are several.
 [[nodiscard]] std::size_t find_receiver(const StreamRequest& request, const std::vector<std::string>& names);
-/// Opens a stream for a simulation's receiver. Throws also for an unknown receiver, and for none of several.
+/// Opens a stream for a simulation's receiver. Throws also for an unknown receiver, and without a name if
+/// there are several.
 [[nodiscard]] std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request,
                                                          const simulation::Simulation& simulation);
 /// A file of a format: open_stream() with "file:".
@@ -141,9 +142,9 @@ class EncodedStream final : public simulation::EpochSink {
                                                        std::size_t receiver,
                                                        const ReceiverDescription& description = {});
 
-/// Holds a run back to the wall clock: write() returns when as much real time has passed since the first
-/// epoch as lies between the two. Give it to Simulation::run() in front of other sinks. While it waits it
-/// calls `meanwhile` every 50 ms or sooner; it stops waiting where `stop` (null: never) is set.
+/// Slows a run down to real time: write() returns when the epoch's time since the first epoch has passed in
+/// real time. Pass it to Simulation::run() before other sinks. While waiting it calls `meanwhile` at least
+/// every 50 ms; it stops waiting if `stop` (null: never) is set.
 class RealTimePacer final : public simulation::EpochSink {
  public:
   explicit RealTimePacer(const std::atomic<bool>* stop, std::function<void()> meanwhile = {})

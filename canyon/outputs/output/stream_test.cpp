@@ -49,7 +49,7 @@ TEST(Stream, RefusesFormatsThatItDoesNotKnowOrThatWaitForTheEnd) {
   EXPECT_THAT(unknown.problem(), HasSubstr("no output format 'nmae'"));
   EXPECT_THAT(unknown.cure(), HasSubstr("did you mean 'nmea'"));
   const InputError late = error_of([&] { open("kml=pty:"); });
-  EXPECT_THAT(late.problem(), HasSubstr("whole only at the end of a run"));
+  EXPECT_THAT(late.problem(), HasSubstr("complete only at the end of a run"));
   EXPECT_THAT(late.cure(), HasSubstr("kml=file:track.kml"));
   EXPECT_EQ(parse_stream("ubx=pty:?generation=x20").options.generation, simulation::UbxGeneration::X20);
   EXPECT_THAT(error_of([&] { open("ubx_m8=pty:"); }).cure(), HasSubstr("ubx=ADDRESS?generation=m8"));
@@ -58,8 +58,7 @@ TEST(Stream, RefusesFormatsThatItDoesNotKnowOrThatWaitForTheEnd) {
 TEST(Stream, SendsAllSamplesOfSensorsOrNone) {
   ReceiverDescription car{"car"};
   const StreamRequest some = parse_stream("highres_imu=pty:?rate_hz=1");
-  EXPECT_THAT(error_of([&] { (void)open_stream(some, 0, car); }).problem(),
-              HasSubstr("no samples of sensors"));
+  EXPECT_THAT(error_of([&] { (void)open_stream(some, 0, car); }).problem(), HasSubstr("no sensor samples"));
   car.sensors.imu.emplace();
   EXPECT_THAT(error_of([&] { (void)open_stream(some, 0, car); }).problem(),
               HasSubstr("rate_hz would leave out"));
@@ -105,7 +104,7 @@ TEST(Stream, TellsAnNtripCasterWhatItSends) {
       parse_stream("base/rtcm=ntrip-caster://127.0.0.1:" + std::to_string(port) + "/BASE"), 0, description);
   test::LocalConnection client(port);
   client.say("GET / HTTP/1.0\r\n\r\n");
-  for (int step = 0; step < 3; ++step) stream->serve();  // it is accepted, answered, and gets the end
+  for (int step = 0; step < 3; ++step) stream->serve();  // it is accepted, gets a response and the end
   EXPECT_THAT(client.read(10'000), HasSubstr("\r\nSTR;BASE;base;RTCM 3.3;;;GPS+Galileo;;;-22.30;114.17;"));
   const auto open = [] { (void)open_stream(parse_stream("rtcm=ntrip://a:secret@127.0.0.1:1/C"), 0, {}); };
   const InputError sent = error_of(open);
@@ -124,7 +123,7 @@ TEST(Stream, RefusesVirtualStationsThatNobodyCanPlace) {
   EXPECT_THAT(problem("rtcm=file:a?virtual_station=true"), HasSubstr("no client can report"));
 }
 
-/// Says back what it receives, and asks for a baud rate.
+/// Returns the received bytes, and requests a baud rate.
 class Echo final : public Encoder {
   std::string encode(const simulation::Epoch&) override { return "e"; }
   std::string receive(std::uint64_t, std::string_view bytes) override {
@@ -132,7 +131,7 @@ class Echo final : public Encoder {
   }
 };
 
-/// Keeps what it is given.
+/// Stores its input.
 class Memory final : public transport::Transport {
  public:
   explicit Memory(std::string& bytes) : bytes_(bytes) {}
@@ -178,7 +177,7 @@ TEST(Stream, LateEpochsWaitAndKeepTheirOrder) {
   ASSERT_TRUE(stream.next_due());
   while (to.bytes.size() < 3 && EncodedStream::Clock::now() < begin + std::chrono::seconds(20))
     stream.serve();
-  // Three draws about 0.1 s: all below 5 standard deviations.
+  // Three samples around 0.1 s: all below 5 standard deviations.
   EXPECT_LT(EncodedStream::Clock::now() - begin, std::chrono::seconds(20));
   EXPECT_FALSE(stream.next_due());
   stream.write(epoch_at(4));
@@ -186,8 +185,7 @@ TEST(Stream, LateEpochsWaitAndKeepTheirOrder) {
   EXPECT_EQ(to.bytes, "eeee.");
 }
 
-// Bytes of ten bits at 10 baud: one a second, each epoch behind the one before, by the clock that it is
-// given.
+// Bytes of ten bits at 10 baud: one per second, epochs one after the other, by the given clock.
 TEST(Stream, ASlowLinkPassesAnEpochPieceByPiece) {
   Recorded to;
   auto now = EncodedStream::Clock::time_point{};
@@ -209,7 +207,7 @@ TEST(Stream, ASlowLinkPassesAnEpochPieceByPiece) {
   EXPECT_EQ(bytes_at(3.6), 3U);
 }
 
-// One client's commands leave the other client's bytes as they are, and are told.
+// One client's commands do not change the other client's bytes, and are reported.
 TEST(Stream, AClientSetsWhatItAloneGets) {
   const int port = test::free_port();
   const auto link = std::make_shared<transport::Link>(fmt::format("tcp://127.0.0.1:{}", port));
@@ -235,7 +233,7 @@ TEST(Stream, AClientSetsWhatItAloneGets) {
   write();
   EXPECT_EQ(talker.read_some().size(), whole.size()) << "S is no command";
   (void)said("SSSSSSSSSS\n");
-  EXPECT_THAT(link->take_notes(), testing::ElementsAre("client 2 sets what it alone gets: SSSSSSSSSS"));
+  EXPECT_THAT(link->take_notes(), testing::ElementsAre("client 2 configured its own output: SSSSSSSSSS"));
   write();
   (void)said("sso, Stream1, COM1, DOP, OnChange\n");
   seconds += 2;
@@ -260,7 +258,7 @@ TEST(Stream, AnswersAndSharesALinkWithOthers) {
     a.finish();
     b.finish();
   }
-  EXPECT_EQ(to.bytes, "<hi><hi>");  // the third user of the link goes on
+  EXPECT_EQ(to.bytes, "<hi><hi>");  // the third user of the link continues
   to.link->finish(listener, {});
   EXPECT_EQ(to.bytes, "<hi><hi>.");
 }

@@ -32,7 +32,7 @@ class MeanOf {
 
 /// Sums and lists over one receiver's epochs.
 struct Tally {
-  RunSummary counts;  // the figures that are counts, and the longest outage
+  RunSummary counts;  // the metrics that are counts, and the longest outage
   Distribution horizontal_m, vertical_m, hdop;
   double visible = 0, blocked = 0, used = 0;
   std::array<std::size_t, 4> by_visibility{};
@@ -45,7 +45,7 @@ struct Tally {
     std::string name;
     std::size_t epochs = 0;
     std::size_t fixes = 0;
-    Distribution horizontal_m;  // of these
+    Distribution horizontal_m;  // of fixed epochs
   };
   std::vector<Fault> faults;
 
@@ -61,7 +61,7 @@ struct Tally {
   }
 };
 
-// --- the figures. Records of studies have them in this order: a new one goes behind the others.
+// --- the metrics. Records of studies have them in this order: a new metric is appended.
 
 template <auto member>
 double of(const RunSummary& s) {
@@ -89,12 +89,12 @@ bool tested(const RunSummary& s) {
 }
 
 using S = RunSummary;
-// Name, unit, decimals and label in tables for people with its factor, variable in studies, meaning, value,
-// and the runs that have it.
+// Name, unit, decimals, label and factor in printed tables, variable in studies, meaning, value, and the
+// condition on a run.
 constexpr SummaryFigure kFigures[]{
     {"epochs", "", 0, "epochs", 1, "epochs", "epochs", &of<&S::epochs>},
     {"fixes", "", 0, "epochs with fix", 1, "", "epochs with a fix", &of<&S::fixes>},
-    {"fix_share", "", 1, "epochs with fix", 100, "fix_share", "share of epochs with a fix",
+    {"fix_share", "", 1, "epochs with fix", 100, "fix_share", "fraction of epochs with a fix",
      &share_of_epochs<&S::fixes>},
     {"longest_outage_s", "s", 1, "longest outage", 1, "longest_outage", "longest time without a fix",
      &of<&S::longest_outage_s>},
@@ -103,11 +103,11 @@ constexpr SummaryFigure kFigures[]{
     {"horizontal_p95_m", "m", 3, "horizontal error, 95 %", 1, "horizontal_error_p95",
      "95 % of the horizontal error", &of<&S::horizontal_p95_m>},
     {"horizontal_max_m", "m", 3, "horizontal error, largest", 1, "horizontal_error_max",
-     "largest horizontal error", &of<&S::horizontal_max_m>},
+     "maximum horizontal error", &of<&S::horizontal_max_m>},
     {"vertical_p50_m", "m", 3, "vertical error, median", 1, "vertical_error_p50",
-     "median of the vertical error without its sign", &of<&S::vertical_p50_m>},
+     "median of the absolute vertical error", &of<&S::vertical_p50_m>},
     {"vertical_p95_m", "m", 3, "vertical error, 95 %", 1, "vertical_error_p95",
-     "95 % of the vertical error without its sign", &of<&S::vertical_p95_m>},
+     "95 % of the absolute vertical error", &of<&S::vertical_p95_m>},
     {"median_hdop", "", 2, "HDOP, median", 1, "hdop", "median of the horizontal dilution of precision",
      &of<&S::median_hdop>},
     {"mean_tracked", "", 1, "satellites tracked, mean", 1, "satellites_tracked", "satellites tracked, mean",
@@ -116,14 +116,13 @@ constexpr SummaryFigure kFigures[]{
      "satellites above the mask that are not tracked, mean", &of<&S::mean_blocked>},
     {"mean_used", "", 1, "satellites used, mean", 1, "satellites_used", "satellites used in fixes, mean",
      &of<&S::mean_used>},
-    {"los_share", "", 1, "LOS", 100, "los_share", "share of satellites above the mask in line of sight alone",
-     &of<&S::los_share>},
+    {"los_share", "", 1, "LOS", 100, "los_share",
+     "fraction of satellites above the mask in line of sight without multipath", &of<&S::los_share>},
     {"los_multipath_share", "", 1, "LOS+multipath", 100, "los_multipath_share",
-     "share in line of sight with multipath", &of<&S::los_multipath_share>},
-    {"nlos_share", "", 1, "NLOS", 100, "nlos_share", "share without line of sight that are received",
+     "fraction in line of sight with multipath", &of<&S::los_multipath_share>},
+    {"nlos_share", "", 1, "NLOS", 100, "nlos_share", "fraction received without line of sight",
      &of<&S::nlos_share>},
-    {"blocked_share", "", 1, "blocked", 100, "blocked_share", "share that is blocked",
-     &of<&S::blocked_share>},
+    {"blocked_share", "", 1, "blocked", 100, "blocked_share", "fraction blocked", &of<&S::blocked_share>},
     {"mean_cn0_los_dbhz", "dB-Hz", 1, "C/N0 in sight, mean", 1, "cn0_los",
      "C/N0 of satellites in line of sight, mean", &of<&S::mean_cn0_los_dbhz>, &known<&S::mean_cn0_los_dbhz>},
     {"mean_cn0_nlos_dbhz", "dB-Hz", 1, "C/N0 of NLOS, mean", 1, "cn0_nlos",
@@ -131,21 +130,22 @@ constexpr SummaryFigure kFigures[]{
      &known<&S::mean_cn0_nlos_dbhz>},
     {"exclusions", "", 0, "satellites excluded, in all", 1, "exclusions",
      "satellites excluded from fixes, in all", &of<&S::exclusions>, &excludes},
-    {"raim_tested", "", 0, "", 1, "", "epochs that RAIM tested", &of<&S::raim_tested>},
+    {"raim_tested", "", 0, "", 1, "", "epochs tested by RAIM", &of<&S::raim_tested>},
     {"inconsistent", "", 0, "epochs that failed RAIM", 1, "raim_failures", "epochs that failed RAIM",
      &of<&S::inconsistent>, &tested},
     {"by_fixed", "", 0, "", 1, "", "epochs with a fixed position (RTK)", &of<&S::by_fixed>},
     {"by_float", "", 0, "", 1, "", "epochs with a float position", &of<&S::by_float>},
     {"by_differential", "", 0, "", 1, "", "epochs with a differential position", &of<&S::by_differential>},
     {"wrong_fixes", "", 0, "", 1, "", "epochs with a fixed position that is wrong", &of<&S::wrong_fixes>},
-    {"fixed_share", "", 1, "epochs fixed", 100, "fixed_share", "share of epochs with a fixed position (RTK)",
-     &share_of_epochs<&S::by_fixed>, &corrected},
-    {"float_share", "", 1, "epochs float", 100, "float_share", "share of epochs with a float position",
+    {"fixed_share", "", 1, "epochs fixed", 100, "fixed_share",
+     "fraction of epochs with a fixed position (RTK)", &share_of_epochs<&S::by_fixed>, &corrected},
+    {"float_share", "", 1, "epochs float", 100, "float_share", "fraction of epochs with a float position",
      &share_of_epochs<&S::by_float>, &corrected},
     {"differential_share", "", 1, "epochs differential", 100, "",
-     "share of epochs with a differential position", &share_of_epochs<&S::by_differential>, &corrected},
+     "fraction of epochs with a differential position", &share_of_epochs<&S::by_differential>, &corrected},
     {"wrong_fix_share", "", 1, "epochs wrongly fixed", 100, "wrong_fix_share",
-     "share of epochs with a fixed position that is wrong", &share_of_epochs<&S::wrong_fixes>, &ever_fixed},
+     "fraction of epochs with a fixed position that is wrong", &share_of_epochs<&S::wrong_fixes>,
+     &ever_fixed},
     {"fixed_p95_m", "m", 3, "horizontal error while fixed, 95 %", 1, "fixed_error_p95",
      "95 % of the horizontal error while fixed", &of<&S::fixed_p95_m>, &ever_fixed},
     {"first_fixed_s", "s", 1, "time to the first fixed position", 1, "time_to_first_fixed",
@@ -232,7 +232,7 @@ std::vector<RunSummary> SummarySink::summaries() const {
   for (std::size_t i = 0; i < state_->tallies.size(); ++i) {
     Tally tally = state_->tallies[i];
     if (tally.last) {
-      // An outage that lasts to the end counts its last epoch as long as the one before it.
+      // In an outage until the end, the last epoch counts as long as the previous one.
       const double step = tally.last_but_one ? *tally.last - *tally.last_but_one : 0.0;
       tally.close_outage(*tally.last + step);
     }
@@ -298,7 +298,7 @@ std::string format_summary_table(const std::vector<RunSummary>& summaries) {
     lines.push_back({unit.empty() ? figure.label : fmt::format("{} [{}]", figure.label, unit),
                      [&figure](const RunSummary& s) { return cell(figure, s); }});
   }
-  // A fault that two receivers meet stands in one line.
+  // A fault of two receivers is in one line.
   std::vector<std::string> faults;
   for (const RunSummary& s : summaries) {
     for (const RunSummary::Fault& fault : s.faults)

@@ -9,34 +9,34 @@
 
 namespace canyon::output {
 
-/// Figures over a run. Percentiles interpolate linearly between order statistics (rank p (n - 1) from 0, as
-/// NumPy does); vertical errors count without their sign. A figure without any value to take it from (errors
-/// without a fix, means without an epoch, shares without a satellite) is NaN.
+/// Metrics of a run. Percentiles interpolate linearly between order statistics (rank p (n - 1) from 0, as in
+/// NumPy); vertical errors are absolute. A metric without data (errors without a fix, means without an epoch,
+/// fractions without a satellite) is NaN.
 struct RunSummary {
   std::string receiver;
   std::size_t epochs = 0;
   std::size_t fixes = 0;
   std::size_t by_fixed = 0, by_float = 0, by_differential = 0;  ///< epochs with a fix of that kind
-  std::size_t wrong_fixes = 0;                                  ///< of the fixed ones (wrong_fix())
-  double fixed_p95_m = 0;                                       ///< horizontal error while fixed; NaN without
-  double first_fixed_s = 0;  ///< from the first epoch to the first fixed one; NaN without
+  std::size_t wrong_fixes = 0;                                  ///< of the fixed epochs (wrong_fix())
+  double fixed_p95_m = 0;    ///< horizontal error of fixed epochs; NaN: none
+  double first_fixed_s = 0;  ///< from the first epoch to the first fixed one; NaN: none
   double horizontal_p50_m = 0, horizontal_p95_m = 0, horizontal_max_m = 0;  ///< NaN without fix
   double vertical_p50_m = 0, vertical_p95_m = 0;
   double mean_visible = 0, mean_blocked = 0,
-         mean_used = 0;  ///< per epoch, epochs without fix included (0 used)
+         mean_used = 0;  ///< per epoch, including epochs without a fix (0 used)
   double los_share = 0, los_multipath_share = 0, nlos_share = 0,
          blocked_share = 0;  ///< of satellites above mask
   double median_hdop = 0;
-  /// C/N0 of measurements above the mask, as stated; NaN where signals have no strength. LOS with
-  /// multipath counts as LOS.
+  /// C/N0 of measurements above the mask, as reported; NaN if signals have no strength. LOS with multipath
+  /// counts as LOS.
   double mean_cn0_los_dbhz = 0, mean_cn0_nlos_dbhz = 0;
   std::size_t exclusions = 0;   ///< of satellites from fixes, by RAIM or the position filter, over all epochs
-  std::size_t raim_tested = 0;  ///< epochs with a statement of RAIM
-  std::size_t inconsistent = 0;  ///< of those, epochs where RAIM's test failed on what was left
-  /// Time from the first epoch without fix to the next fix; at the run's end to one interval behind the last
+  std::size_t raim_tested = 0;  ///< epochs with a result of RAIM
+  std::size_t inconsistent = 0;  ///< of those, epochs at which RAIM's test failed after exclusions
+  /// Time from the first epoch without fix to the next fix; if there is none, to one interval after the last
   /// epoch.
   double longest_outage_s = 0;
-  /// The epochs at which a fault was at work. Faults are in the order of their beginnings.
+  /// The epochs during which a fault was active. Faults are in order of their beginning.
   struct Fault {
     std::string name;
     std::size_t epochs = 0, fixes = 0;
@@ -59,18 +59,18 @@ class SummarySink final : public simulation::EpochSink {
   std::unique_ptr<State> state_;
 };
 
-/// A figure of RunSummary, declared once, in summary.cpp. The printed table, records and NetCDF of studies,
-/// the viewer, Python and docs/outputs.md read that list; docs/extending.md says how to add one.
+/// A metric of RunSummary, declared once, in summary.cpp. That list defines the printed table, records and
+/// NetCDF of studies, the viewer, Python and docs/outputs.md; docs/extending.md describes how to add one.
 struct SummaryFigure {
   const char* name;   ///< in Python and view.json
   const char* unit;   ///< as Column::unit
-  int decimals;       ///< where it is printed; 0: a count
-  const char* label;  ///< in tables for people; empty: they do not have it
-  double factor;      ///< of the value in tables for people: 100 for shares, in percent
-  const char* kept;   ///< its variable in studies; empty: not kept
+  int decimals;       ///< when printed; 0: a count
+  const char* label;  ///< in printed tables; empty: not in them
+  double factor;      ///< of the value in printed tables: 100 for fractions, in percent
+  const char* kept;   ///< its variable in studies; empty: not stored
   const char* help;   ///< one line of Markdown
   double (*value)(const RunSummary& summary);
-  /// Whether it says something about that run; null: it does about every run.
+  /// Whether it applies to a run; null: to every run.
   bool (*applies)(const RunSummary& summary) = nullptr;
 
   [[nodiscard]] bool says_something(const RunSummary& summary) const {
@@ -80,14 +80,14 @@ struct SummaryFigure {
   /// Unit of value() times `factor`.
   [[nodiscard]] const char* printed_unit() const { return factor == 100 ? "%" : unit; }
 };
-/// All of them in the order of tables and files.
+/// All metrics in the order of tables and files.
 [[nodiscard]] std::span<const SummaryFigure> summary_figures();
-/// Rows of a Markdown table: figure, variable in studies, unit, meaning.
+/// Rows of a Markdown table: metric, variable in studies, unit, meaning.
 [[nodiscard]] std::string markdown(std::span<const SummaryFigure> figures);
 
-/// The figures as a table for terminals, one column for each receiver (four side by side), "-" for NaN.
-/// It shows the first kMostSummarized receivers, and says how many follow. Ends with a newline;
-/// empty for no receivers. Plain text but for the receivers' names.
+/// The metrics as a table for terminals, one column for each receiver (four side by side), "-" for NaN. Shows
+/// the first kMostSummarized receivers and the number of the others. Ends with a newline; empty for no
+/// receivers. ASCII except the receivers' names.
 [[nodiscard]] std::string format_summary_table(const std::vector<RunSummary>& summaries);
 inline constexpr std::size_t kMostSummarized = 16;
 

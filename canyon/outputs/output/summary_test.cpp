@@ -94,7 +94,7 @@ TEST(Summary, StrengthAndIntegrity) {
   EXPECT_THAT(table, testing::ContainsRegex("C/N0 of NLOS, mean .dB-Hz. +33.4 +-\n"));
   EXPECT_THAT(table, testing::ContainsRegex("satellites excluded, in all +3 +-\n"));
   EXPECT_THAT(table, testing::ContainsRegex("epochs that failed RAIM +1 +-\n"));
-  // A run that has neither shows neither.
+  // A run without both shows neither.
   const std::string plain = format_summary_table({summaries[1]});
   EXPECT_EQ(plain.find("C/N0"), std::string::npos);
   EXPECT_EQ(plain.find("RAIM"), std::string::npos);

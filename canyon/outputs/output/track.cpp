@@ -1,6 +1,6 @@
-// RFC 7946; colours by the simplestyle specification 1.1.0, which common viewers follow.
-// GPX 1.1 (https://www.topografix.com/GPX/1/1): a track of the fixes, a segment for each stretch without an
-// outage. Elements of a point stand in the order of the schema's wptType.
+// RFC 7946; colours by the simplestyle specification 1.1.0, supported by common viewers.
+// GPX 1.1 (https://www.topografix.com/GPX/1/1): a track of the fixes, a segment for each interval without an
+// outage. Elements of a point are in the order of the schema's wptType.
 #include "canyon/outputs/output/track.hpp"
 
 #include <fmt/format.h>
@@ -26,7 +26,7 @@ namespace {
 
 constexpr std::string_view kFaultRgb = "cc79a7";
 
-/// Styles of lines of fixes by kind; dead reckoning goes on as the kind before it.
+/// Styles of lines of fixes by kind; dead reckoning keeps the style of the previous kind.
 struct KindStyle {
   positioning::FixKind kind;
   std::string_view id, rgb;
@@ -64,7 +64,7 @@ std::string kml_coordinates(const geodesy::Geodetic& point) {
          fixed(geodesy::degrees(point.latitude_rad), 9) + ',' + fixed(point.height_m, 3);
 }
 
-/// Connected stretches of a track, cut at the antimeridian; a stretch of one epoch is a point.
+/// Connected segments of a track, cut at the antimeridian; a segment of one epoch is a point.
 class Stretches {
  public:
   explicit Stretches(Spool& spool) : text_(spool) {}
@@ -85,7 +85,7 @@ class Stretches {
     last_.reset();
   }
   [[nodiscard]] bool empty() const { return text_.empty() && first_.empty(); }
-  /// Of all but a stretch that was not interrupted.
+  /// All segments except an uninterrupted one.
   void geometry(const Encoder::Put& put) const {
     put("<MultiGeometry>\n");
     text_.read(put);
@@ -93,8 +93,8 @@ class Stretches {
   }
 
  private:
-  // The heights are ellipsoidal. KML's absolute mode counts from the geoid, which would bury or lift the
-  // track by tens of metres; clamped to the ground it is always seen.
+  // The heights are ellipsoidal. KML's absolute mode refers to the geoid, which would shift the track
+  // vertically by tens of metres; clamped to the ground it is always visible.
   static constexpr std::string_view kMode = "<altitudeMode>clampToGround</altitudeMode><coordinates>\n";
 
   void put(const geodesy::Geodetic& point) {
@@ -112,8 +112,8 @@ class Stretches {
   }
 
   Spool::Text text_;
-  std::string first_;                      ///< of a stretch that has no second place yet
-  std::optional<geodesy::Geodetic> last_;  ///< of the present stretch
+  std::string first_;                      ///< of a segment without a second position so far
+  std::optional<geodesy::Geodetic> last_;  ///< of the present segment
 };
 
 class Kml final : public Encoder {
@@ -187,7 +187,7 @@ class Kml final : public Encoder {
   }
 
  private:
-  /// A line of another kind begins where that before it ended.
+  /// A line of another kind begins at the end of the previous one.
   void add_to_line(const positioning::Fix& fix) {
     const auto* const found =
         std::find_if(kKinds.begin(), kKinds.end(), [&](const KindStyle& k) { return k.kind == fix.kind(); });
@@ -254,7 +254,7 @@ class GeoJson final : public Encoder {
     properties["tracked"] = seen.visible;
     properties["not_tracked"] = seen.blocked;
     if (!epoch.faults.empty()) properties["faults"] = epoch.faults;
-    // An epoch without a fix has only the true place to show.
+    // For an epoch without a fix only the true position can be shown.
     return next(feature(std::move(properties), "Point",
                         coordinates(seen.fix.solved() ? seen.fix.position : epoch.truth.position)));
   }
@@ -293,7 +293,7 @@ class GeoJson final : public Encoder {
 
   std::string name_;
   Spool spool_;
-  Spool::Text truth_{spool_};  ///< places of the lines, without the outer brackets
+  Spool::Text truth_{spool_};  ///< positions of the lines, without the outer brackets
   std::optional<geodesy::Geodetic> last_;
   std::size_t points_ = 0;
   bool cut_ = false;

@@ -69,7 +69,7 @@ TEST(Kml, IsWellFormedAndHoldsEveryEpoch) {
   EXPECT_EQ(query("count(" + of("error_2_5") + "\"Point\"])"), "1");
   EXPECT_EQ(query("count(" + of("error_10_30") + "\"Point\"])"), "1");
   EXPECT_EQ(query("count(" + of("error_30") + "\"Point\"])"), "1");
-  // Every style that a placemark names is there.
+  // Every style named in a placemark is defined.
   EXPECT_EQ(query("count(" + placemark +
                   "[not(substring(*[local-name()=\"styleUrl\"],2)=//*[local-name()=" + "\"Style\"]/@id)])"),
             "0");
@@ -87,7 +87,7 @@ TEST(Kml, CoordinatesAreLongitudeLatitudeHeight) {
   EXPECT_EQ(text.find("nan"), std::string::npos);
 }
 
-// The line of another kind begins where that before it ended, but behind an outage at the fix itself.
+// A line of another kind begins at the end of the previous line, but after an outage at the fix itself.
 TEST(Kml, ColoursFixesByTheirKind) {
   using positioning::FixKind;
   const test::TemporaryFolder folder;
@@ -217,7 +217,7 @@ TEST(GeoJson, GdalReadsIt) {
   EXPECT_THAT(result.output, HasSubstr("WGS 84"));
 }
 
-// Fixes at seconds 0 to 2, 5 and 7: a segment for each stretch.
+// Fixes at seconds 0 to 2, 5 and 7: a segment for each interval.
 TEST(Gpx, HoldsFixesAndASegmentForEachStretch) {
   CANYON_NEEDS_PROGRAM("xmllint");
   const test::TemporaryFolder folder;
@@ -244,7 +244,7 @@ TEST(Gpx, HoldsFixesAndASegmentForEachStretch) {
   EXPECT_NEAR(geodesy::degrees(place.longitude_rad), 114.178761, 1e-9);
 }
 
-// GPX 1.1: geoidheight is the height of the geoid above the ellipsoid, and stands behind the time.
+// GPX 1.1: geoidheight is the height of the geoid above the ellipsoid, and is after the time.
 TEST(Gpx, SaysWhereMeanSeaLevelIs) {
   simulation::Epoch epoch = sample_run().front();
   epoch.observed.fix.position.height_m = 12.3456;

@@ -1,5 +1,4 @@
-// Answers of the device of format ubx to the commands that the drivers of flight controllers send
-// at start.
+// Responses of the device of format ubx to the initial commands of flight controllers' drivers.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +19,7 @@ using ubx::Generation;
 using ubx::MessageId;
 using Device = test::UbxDevice;
 
-// Commands of PX4's driver to a receiver that takes CFG-VALSET, in its order.
+// Commands of PX4's driver to a receiver with CFG-VALSET, in the driver's order.
 TEST(UbxDevice, IsConfiguredByPx4AsAnF9) {
   Device device;
   EXPECT_TRUE(device.accepts(0x068A, values(1, {{0x20520002, 1},
@@ -88,7 +87,7 @@ TEST(UbxDevice, IsConfiguredByPx4AsAnF9) {
                                                 {0x10720001, 0},
                                                 {0x10720002, 0},
                                                 {0x10720004, 0}})));
-  // Ten seconds of epochs at 10 Hz: solutions at the 5 Hz that it asked for, satellites at every tenth.
+  // Ten seconds of epochs at 10 Hz: solutions at the requested 5 Hz, satellites at every tenth.
   auto counts = device.counts(100);
   EXPECT_EQ(counts[0x0107], 50);
   EXPECT_EQ(counts[0x0114], 50);
@@ -98,7 +97,7 @@ TEST(UbxDevice, IsConfiguredByPx4AsAnF9) {
   EXPECT_EQ(counts[0x013C] + counts[0x0232], 0);
 }
 
-// To one that does not.
+// To a receiver without CFG-VALSET.
 TEST(UbxDevice, IsConfiguredByPx4AsAnM8) {
   Device device(Generation::M8);
   EXPECT_FALSE(device.accepts(0x068A, values(1, {{0x10730001, 1}})));
@@ -134,8 +133,8 @@ TEST(UbxDevice, IsConfiguredByPx4AsAnM8) {
   EXPECT_EQ(counts[0x0A09], 50);
 }
 
-// Commands of ArduPilot's driver: first its commands at each rate, then a walk over the settings that it
-// finds otherwise than it wants, by polls.
+// Commands of ArduPilot's driver: first its commands at each rate, then polls of settings and corrections of
+// those that differ.
 TEST(UbxDevice, IsConfiguredByArduPilot) {
   for (const bool f9 : {true, false}) {
     Device device(f9 ? Generation::F9 : Generation::M8);
@@ -148,7 +147,7 @@ TEST(UbxDevice, IsConfiguredByArduPilot) {
     EXPECT_EQ(port[0].u(0, 1), 1U);
     EXPECT_EQ(port[0].u(8, 4), 230400U);
     EXPECT_EQ(port[0].u(12, 4), 0x00010023U);
-    // Six rates, of which it reads that of the port.
+    // Six rates; the driver reads the port's rate.
     const auto poll = [&](MessageId id) {
       return device.send(0x0601, Payload().u1(id >> 8).u1(id & 0xFF).bytes());
     };
@@ -166,7 +165,7 @@ TEST(UbxDevice, IsConfiguredByArduPilot) {
     EXPECT_EQ(rates[0].u(0, 2), 100U);
     EXPECT_TRUE(device.accepts(0x0608, Payload().u2(200).u2(1).u2(0).bytes()));
     EXPECT_EQ(device.send(0x0608)[0].payload, Payload().u2(200).u2(1).u2(0).bytes());
-    // Settings come back as they were, but for what it changes.
+    // Settings are returned unchanged, except for its changes.
     for (const MessageId id : {0x0624, 0x0616, 0x063E}) {
       const auto reply = device.send(id);
       ASSERT_THAT(ids(reply), ElementsAre(id, kAck));
@@ -177,7 +176,7 @@ TEST(UbxDevice, IsConfiguredByArduPilot) {
     engine[0] = 1;
     engine[1] = 0;
     engine[2] = 8;   // dynModel: airborne below 4 g
-    engine[12] = 9;  // an elevation that the mask does not name
+    engine[12] = 9;  // an elevation not selected by the mask
     EXPECT_TRUE(device.accepts(0x0624, engine));
     EXPECT_EQ(device.send(0x0624)[0].u(2, 1), 8U);
     EXPECT_EQ(device.send(0x0624)[0].u(12, 1), 5U);
@@ -216,7 +215,7 @@ TEST(UbxDevice, RefusesWhatItCannotDo) {
   EXPECT_FALSE(device.accepts(0x068A, values(1, {{0x30210001, 500}}).substr(0, 9))) << "half a value";
   EXPECT_FALSE(device.accepts(0x068A, values(1, {{0x20030001, 1}}))) << "a survey-in";
   EXPECT_FALSE(device.accepts(0x068A, values(1, {{0x20030001, 2}}))) << "a base that may move";
-  // Messages that are none of CFG have no acknowledgement.
+  // Messages other than CFG have no acknowledgement.
   EXPECT_THAT(device.send(0x0130), IsEmpty());
   EXPECT_THAT(device.send(0x7777), IsEmpty());
 }
@@ -237,7 +236,7 @@ TEST(UbxDevice, KeepsWhatIsSavedOverARestart) {
   EXPECT_THAT(device.counts(5), IsEmpty());
   (void)device.send(0x0604, Payload().u2(0).u1(9).u1(0).bytes());
   EXPECT_EQ(device.counts(5)[0x0107], 5);
-  // GNSS only: what was set stays.
+  // GNSS only: settings are kept.
   EXPECT_TRUE(device.accepts(0x068A, values(1, {{0x30210001, 250}})));
   (void)device.send(0x0604, Payload().u2(0).u1(2).u1(0).bytes());
   EXPECT_EQ(device.send(0x0608)[0].u(0, 2), 250U);
@@ -328,7 +327,7 @@ TEST(UbxDevice, TellsItsReadersApart) {
     EXPECT_EQ(device->receive(reader, poll.substr(0, 5)), "");
   EXPECT_EQ(device->receive(5000, poll.substr(5)), "");
   EXPECT_NE(device->receive(999, poll.substr(5)), "");
-  // A flood of polls in one piece is answered as far as a buffer goes.
+  // A flood of polls in one piece is answered up to the size of a buffer.
   std::string flood;
   for (int i = 0; i < 10'000; ++i) flood += poll;
   EXPECT_LT(device->receive(1, flood).size(), std::size_t{100} << 10);

@@ -18,7 +18,7 @@ using geodesy::GpsTime;
 
 constexpr std::int64_t kMillisecond = 1'000'000;
 
-/// A receiver at the other end of a line: configuration, answers, and the messages of each epoch.
+/// A receiver at the other end of a line: configuration, responses, and the messages of each epoch.
 class UbxDevice final : public Encoder, private ubx::Outputs {
  public:
   explicit UbxDevice(const ReceiverDescription& receiver)
@@ -71,7 +71,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
  private:
   static constexpr ubx::MessageId kSubframes = 0x0213, kReceivedRtcm = 0x0232, kCorrection = 0x0234;
 
-  /// What one connection has set, and what it gets next.
+  /// Settings and pending output of one connection.
   struct Turns {
     rtcm::Observations observations;
     std::int64_t interval = -1, navigations = 0;
@@ -120,7 +120,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     return settings.value(ubx::kJammingMonitor).value_or(0) != 0;
   }
 
-  /// RXM-RTCM and RXM-COR of each message that the decoder has found since.
+  /// RXM-RTCM and RXM-COR of each message decoded since the last call.
   [[nodiscard]] static std::string received_rtcm(const ubx::UbxCommands& commands,
                                                  const canyon::rtcm::DecoderStatus& before,
                                                  const canyon::rtcm::DecoderStatus& now) {
@@ -142,7 +142,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     return text;
   }
 
-  /// Payload of a message; empty before the first epoch, and for messages that do not come with epochs.
+  /// Payload of a message; empty before the first epoch, and for messages not sent with epochs.
   [[nodiscard]] std::optional<std::string> output(ubx::MessageId id,
                                                   const ubx::Configuration& settings) const override {
     const auto known = ubx::messages();
@@ -154,8 +154,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
         id, {*told_, receiver_.ubx_generation, jamming_monitor(settings), &security_log_.events()});
   }
 
-  /// ESF-MEAS of each sample since the epoch before, in the order of their times. Time tags count from the
-  /// start.
+  /// ESF-MEAS of each sample since the previous epoch, in order of time. Time tags count from the start.
   std::string sensor_samples(const simulation::SensorBatch& batch) {
     std::string text;
     auto wheels = batch.wheels.begin();
@@ -185,8 +184,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     return text;
   }
 
-  /// ESF-RAW of the inertial samples since the epoch before, ten in a message as receivers at 100 Hz send
-  /// them.
+  /// ESF-RAW of the inertial samples since the previous epoch, ten per message, as in receivers at 100 Hz.
   std::string raw_sensor_samples(const simulation::SensorBatch& batch) {
     constexpr std::size_t kSamples = 10;
     std::vector<ubx::RawInertialSample> samples;
@@ -209,7 +207,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
         std::max<std::int64_t>(0, std::llround((time - epochs_.start()) * 1e3)));
   }
 
-  /// Whether an epoch is the first at or behind the next multiple of the asked interval of GPS time.
+  /// Whether an epoch is the first at or after the next multiple of the requested interval of GPS time.
   [[nodiscard]] bool due(Port& port) const {
     const std::int64_t now = round_to(last_->observed.time, kMillisecond).nanoseconds() / kMillisecond /
                              port.commands.interval_ms();
@@ -232,7 +230,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     return text;
   }
 
-  /// RTCM 3 of a base: messages whose turn it is.
+  /// RTCM 3 of a base: the messages due.
   template <typename Turn>
   std::string corrections(Port& port, const Turn& turn) {
     const auto is_due = [&](int number) { return turn(static_cast<ubx::MessageId>(0xF500 + number - 1000)); };
@@ -255,13 +253,14 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   transport::Readers<Port> ports_;  ///< of each connection
   ReceiverDescription receiver_;
   std::optional<simulation::Epoch> last_;
-  std::optional<DeviceEpoch> told_;               ///< of last_, to which it refers
+  std::optional<DeviceEpoch> told_;               ///< of last_ (refers to it)
   std::array<std::int64_t, 2> wheel_ticks_{};     // of the last sample
   std::array<std::uint32_t, 2> counted_ticks_{};  // in either direction
   ubx::SecurityLog security_log_;
-  std::vector<broadcast::SentMessage> messages_;      ///< that ended with it
-  const simulation::SensorBatch* sensors_ = nullptr;  ///< of the epoch of encode(), as long as it lives
-  std::optional<std::string> samples_;                ///< sensor_samples() of these
+  std::vector<broadcast::SentMessage> messages_;  ///< that ended with last_
+  const simulation::SensorBatch* sensors_ =
+      nullptr;                          ///< of the epoch of encode(), valid as long as the epoch
+  std::optional<std::string> samples_;  ///< sensor_samples() of sensors_
 };
 
 }  // namespace

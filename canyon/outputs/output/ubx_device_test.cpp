@@ -1,4 +1,4 @@
-// The device of format ubx: what it sends of an epoch, and what it answers. Fields are read at
+// The device of format ubx: its messages of an epoch, and its responses. Fields are read at
 // the offsets of UBX-22008968 (F9 HPG 1.32) and UBX-13003221 (M8); gpsd and RTKLIB check whole files in
 // tests/integration/ubx_files_test.cpp.
 #include <gmock/gmock.h>
@@ -35,7 +35,7 @@ TEST(UbxDevice, SendsTheMessagesOfItsGeneration) {
               ElementsAre(0x0107, 0x0103, 0x0104, 0x0120, 0x0135, 0x0161, 0x0215, 0x0A09));
 }
 
-// height and hMSL of NAV-PVT, NAV-POSLLH and NAV-HPPOSLLH (tenths of a millimetre behind them).
+// height and hMSL of NAV-PVT, NAV-POSLLH and NAV-HPPOSLLH (followed by tenths of a millimetre).
 TEST(UbxDevice, HeightsAreAboveTheEllipsoidAndAboveMeanSeaLevel) {
   auto e = ubx_epoch();
   e.observed.fix.position.height_m = 12.3456;
@@ -54,7 +54,7 @@ TEST(UbxDevice, HeightsAreAboveTheEllipsoidAndAboveMeanSeaLevel) {
   EXPECT_EQ(find(Device().encode(e), 0x0107).i4(36), 0);
 }
 
-// A NEO-F9P on a laboratory's simulator states 0.08 m, 0.004 cycles and 0.064 Hz with the noise given here
+// A NEO-F9P on a laboratory's simulator reports 0.08 m, 0.004 cycles and 0.064 Hz with the noise given here
 // (L1 C/A at 43 and L5 at 47 dB-Hz).
 TEST(UbxDevice, StatesDeviationsAsARealReceiver) {
   for (const auto& [code_m, phase_cycles, doppler_hz] :
@@ -203,7 +203,7 @@ TEST(UbxDevice, StatesTheFusion) {
   EXPECT_EQ(message.u(5, 1), 0b0010'1001U);
 }
 
-// ESF-MEAS: samples since the epoch before, in order; scales of UBX-13003221.
+// ESF-MEAS: samples since the previous epoch, in order; scales of UBX-13003221.
 TEST(UbxDevice, SendsTheSamplesOfTheSensors) {
   auto e = ubx_epoch();
   simulation::SensorBatch batch;
@@ -234,7 +234,7 @@ TEST(UbxDevice, SendsTheSamplesOfTheSensors) {
   EXPECT_EQ(samples[1].u(28, 4), 18U << 24 | 9984U);
 }
 
-// ESF-RAW, once it is asked for: ten samples in a message, each value with the time of its sample.
+// ESF-RAW after a request: ten samples in a message, each value with the time of its sample.
 TEST(UbxDevice, SendsRawSamplesOnRequest) {
   auto e = ubx_epoch();
   simulation::SensorBatch batch;
@@ -296,7 +296,7 @@ TEST(UbxDevice, SaysWhatTheCorrectionsMadeOfTheFix) {
   expect(FixKind::Fixed, 131, 0x80030F03, kPhase, 3 << 6);
 }
 
-// A walk with a real F9 and a base (ubx-longmont-20250828) has the NAV-PVT that we send: fix type, flags,
+// A walk with a real F9 and a base (ubx-longmont-20250828) has the same NAV-PVT as Canyon: fix type, flags,
 // confirmed times and the age of corrections.
 TEST(UbxDevice, SaysOfCorrectionsWhatARealReceiverSays) {
   CANYON_SHARED_DATA(path, "ubx-longmont-20250828/gnss_1730.ubx");
@@ -319,7 +319,7 @@ TEST(UbxDevice, SaysOfCorrectionsWhatARealReceiverSays) {
   EXPECT_EQ(epochs, (std::map<std::uint64_t, int>{{67, 187}, {131, 349}}));
 }
 
-/// NAV-RELPOSNED of an epoch; offsets as UBX-22008968, 3.15.15, has them.
+/// NAV-RELPOSNED of an epoch; offsets as in UBX-22008968, 3.15.15.
 Message relative_position(const simulation::Epoch& epoch) {
   const auto messages = Device(Generation::F9, 0.1, true).encode(epoch);
   const Message& message = find(messages, 0x013C);
@@ -351,7 +351,7 @@ TEST(UbxDevice, StatesTheVectorBetweenTwoAntennas) {
   const double level = std::hypot(0.80456, 0.6012);
   EXPECT_NEAR(static_cast<double>(m.u(52, 4)) * 1e-5,
               geodesy::degrees(std::hypot(2e-3 * 0.80456, 3e-3 * 0.6012) / level / level), 1e-5);
-  // gnssFixOK, diffSoln, relPosValid, fixed, isMoving, relPosHeadingValid: as ArduPilot's driver asks.
+  // gnssFixOK, diffSoln, relPosValid, fixed, isMoving, relPosHeadingValid: as required by ArduPilot's driver.
   EXPECT_EQ(m.u(60, 4), 0x137U);
 
   const auto messages = Device(Generation::F9, 0.1, true).encode(e);
@@ -375,7 +375,7 @@ TEST(UbxDevice, StatesTheVectorFromABase) {
   EXPECT_NEAR(static_cast<double>(m.i4(16)), -100 * rover.z(), 1);
   EXPECT_LT(rover.z(), -150);
   EXPECT_EQ(m.u(60, 4), 0x10FU);
-  // A heading that is known to 20 degrees is none.
+  // A heading with a deviation of 20 degrees is not valid.
   e = test::with_baseline(e, positioning::FixKind::Float, false);
   e.observed.fix.baseline->covariance_enu.setIdentity() *= 0.36 * 0.36;
   EXPECT_EQ(relative_position(e).u(60, 4), 0x00FU);
@@ -480,8 +480,8 @@ TEST(UbxDevice, KeepsALogOfAttacks) {
   EXPECT_EQ(at(40, 0, 0, kNone).size(), 16U);
 }
 
-// SEC-SIG of newer firmware, read by the fields that drivers of ROS, Arduino and pyubx2 have: version 2 and 3
-// alike, a flag for each centre of signals. MON-RF says nothing of jamming there.
+// SEC-SIG of newer firmware, read by the fields in drivers of ROS, Arduino and pyubx2: versions 2 and 3 are
+// equal, with a flag for each centre frequency. MON-RF does not report jamming there.
 TEST(UbxDevice, NewerFirmwareStatesJammingInSecSigAlone) {
   const std::tuple<Generation, unsigned, std::string> kDevices[]{{Generation::M10, 2, "PROTVER=34.30"},
                                                                  {Generation::X20, 3, "PROTVER=50.11"}};
@@ -505,7 +505,7 @@ TEST(UbxDevice, NewerFirmwareStatesJammingInSecSigAlone) {
   }
 }
 
-// Answers of a real X20 to CFG-PRT are refusals; the M10's and the X20's settings are keys alone.
+// A real X20 rejects CFG-PRT; the M10's and the X20's settings are only keys.
 TEST(UbxDevice, M10AndX20HaveNoOlderCommands) {
   for (const Generation generation : {Generation::M10, Generation::X20}) {
     Device device(generation);
@@ -524,7 +524,7 @@ TEST(UbxDevice, M10HasNoRawMeasurementsOrRtk) {
   EXPECT_THAT(sent, Contains(0x0107));
   EXPECT_THAT(sent, Contains(0x0143));
   EXPECT_THAT(ids(Device(Generation::X20).encode(ubx_epoch())), Contains(0x0215));
-  // Its key is refused.
+  // Its key is rejected.
   EXPECT_FALSE(
       Device(Generation::M10).accepts(0x068A, Payload().u1(0).u1(1).u2(0).u4(0x209102a5).u1(1).bytes()));
 }
@@ -605,7 +605,7 @@ TEST(UbxDevice, TellsSatellitesAndRawMeasurements) {
   EXPECT_EQ(raw.u(16 + 28, 1), 2U);  // 0.01 cycles in steps of 0.004
   EXPECT_EQ(raw.u(16 + 30, 1), 7U);
   EXPECT_EQ(raw.u(16 + 32 + 30, 1), 1U) << "G12 has no phase";
-  // The time of lock counts from the first phase on, and anew behind a slip.
+  // The time of lock counts from the first phase, and restarts after a slip.
   auto later = e;
   later.observed.time = e.observed.time + 0.5;
   later.observed.receiver_time = e.observed.receiver_time + 0.5;
@@ -681,7 +681,7 @@ TEST(UbxDevice, TellsJammingAndSpoofing) {
   const auto both = f9.encode(e);
   EXPECT_EQ(find(both, 0x0103).u(7, 1), 3U << 3);
   EXPECT_EQ(find(both, 0x2709).u(8, 1), 1U | 3U << 1);
-  // Without the monitor nothing is said.
+  // Without the monitor nothing is reported.
   EXPECT_TRUE(f9.accepts(0x068A, Payload().u1(0).u1(1).u2(0).u4(ubx::kJammingMonitor).u1(0).bytes()));
   e.observed.time = e.observed.time + 1;
   EXPECT_EQ(find(f9.encode(e), 0x0A38).u(5, 1), 0U);

@@ -57,7 +57,7 @@ TEST(Chunk, NegativeAndLargeWholeNumbersKeepTheirBits) {
   simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {13, 14, 15});
   epoch.observed.visible = 65535;
   epoch.faults = {"jammer", "outage 2"};
-  // The own columns; the last is the skyline.
+  // The viewer-only columns; the last is the skyline.
   rows.add({0.5, 1, 2, 3, 4, 40, 41, 1, 8, 9, 10, 16, 17, 18, -1}, {epoch}, words);
   const std::string bytes = encode_chunk({&rows});
   // One row: every column takes 8 bytes with its padding, from 24 on.

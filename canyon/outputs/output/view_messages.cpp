@@ -19,10 +19,10 @@ Json begun(const char* type, const std::optional<std::int64_t>& id) {
   return json;
 }
 
-/// The most paths of a satellite that go to the page, which draws no more.
+/// Maximum paths of a satellite sent to the page, which draws no more.
 constexpr std::size_t kPaths = 12;
 
-/// Messages of the viewer, a line each: "hello" first, then an "epoch" each. They know nothing of the city.
+/// Messages of the viewer, one per line: "hello" first, then one "epoch" each. Independent of the city.
 class ViewStream final : public Encoder {
  public:
   explicit ViewStream(const ReceiverDescription& receiver)

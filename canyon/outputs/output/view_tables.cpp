@@ -16,7 +16,7 @@
 namespace canyon::output {
 namespace {
 
-// One by one: GCC 10 has no `using enum`.
+// Written out, since GCC 10 has no `using enum`.
 constexpr ViewType kF64 = ViewType::F64, kF32 = ViewType::F32, kI32 = ViewType::I32, kU32 = ViewType::U32,
                    kU16 = ViewType::U16, kU8 = ViewType::U8;
 
@@ -32,7 +32,7 @@ constexpr std::array kViewOfEpochs{
     ViewColumn{"fix_east_m", kF64, "m", "fix, east in the city's frame"},
     ViewColumn{"fix_north_m", kF64, "m", "fix, north"},
     ViewColumn{"fix_up_m", kF64, "m", "fix, up"},
-    ViewColumn{"covariance_east_m2", kF64, "m^2", "variance east that the receiver states"},
+    ViewColumn{"covariance_east_m2", kF64, "m^2", "variance east reported by the receiver"},
     ViewColumn{"covariance_north_m2", kF64, "m^2", "variance north"},
     ViewColumn{"covariance_up_m2", kF64, "m^2", "variance up"},
     ViewColumn{"skyline", kI32, "", "row of `skylines`; -1: none"},
@@ -46,7 +46,7 @@ constexpr std::array kViewOfSatellites{
     ViewColumn{"epoch", kU32, "", "index of the receiver's epoch"},
     ViewColumn{"satellite", kU16, "", "index into the header's satellites"},
     ViewColumn{"flags", kU8, "", "1 above the mask, 2 used in the fix, 4 measured, 8 excluded"},
-    ViewColumn{"paths", kU16, "", "number of its rows of `paths`; they follow those of the row before"},
+    ViewColumn{"paths", kU16, "", "number of its rows of `paths`, which follow those of the previous row"},
 };
 
 constexpr std::array kViewOfPaths{
@@ -59,29 +59,31 @@ constexpr std::array kMapCellColumns{
 };
 
 constexpr std::array kMapValueColumns{
-    ViewColumn{"value", kF32, "", "layer by layer, of each all cells; in the layer's unit over its factor"},
+    ViewColumn{"value", kF32, "",
+               "layer by layer, all cells of each; in the layer's unit divided by its factor"},
 };
 
 constexpr std::array kComparisonColumns{
     ViewColumn{"recorded_rms_m", kF32, "m", "of the recorded pseudorange errors; NaN without one"},
     ViewColumn{"simulated_rms_m", kF32, "m", "of the simulated ones"},
-    ViewColumn{"difference_rms_m", kF32, "m", "recorded less simulated, of satellites that both measure"},
+    ViewColumn{"difference_rms_m", kF32, "m", "recorded minus simulated, of satellites measured in both"},
     ViewColumn{"both", kU16, "", "number of satellites"},
 };
 
 constexpr std::array kBodyColumns{
     ViewColumn{"epoch", kU32, "", "index of the receiver's epoch"},
     ViewColumn{"kind", kU8, "", "index into `words.body`"},
-    ViewColumn{"east_m", kF32, "m", "of its middle, city's frame, rounded to 1/64 as all that follows"},
-    ViewColumn{"north_m", kF32, "m", "of its middle"},
+    ViewColumn{"east_m", kF32, "m",
+               "of its centre, city's frame, rounded to 1/64 like all following columns"},
+    ViewColumn{"north_m", kF32, "m", "of its centre"},
     ViewColumn{"low_m", kF32, "m", "up, of its lowest point"},
     ViewColumn{"high_m", kF32, "m", "up, of its highest point"},
     ViewColumn{"yaw_deg", kF32, "deg", "of its length, from east counter-clockwise"},
-    ViewColumn{"length_m", kF32, "m", "of a crown its diameter"},
-    ViewColumn{"width_m", kF32, "m", "of a crown its diameter"},
+    ViewColumn{"length_m", kF32, "m", "diameter of a crown"},
+    ViewColumn{"width_m", kF32, "m", "diameter of a crown"},
 };
 
-/// Own columns, and behind them those of a table of all outputs.
+/// Viewer-only columns, followed by those of a table of all outputs.
 std::vector<ViewColumn> with_columns_of(TableKind kind, std::span<const ViewColumn> own) {
   std::vector<ViewColumn> columns(own.begin(), own.end());
   for (const Column& c : table(kind).columns)
@@ -164,7 +166,7 @@ void ViewRows::put(std::size_t column, double value) {
     case ViewType::U32:
     case ViewType::U16:
     case ViewType::U8:
-      // No integer stands for NaN: a value that is not known is 0.
+      // Integers have no NaN: an unknown value is 0.
       return put_little(
           out, static_cast<std::uint64_t>(std::isfinite(value) ? static_cast<std::int64_t>(value) : 0),
           size_of(type));
@@ -231,7 +233,7 @@ std::size_t write_chunk(const std::filesystem::path& folder, const std::string& 
 
 std::string gzip(std::string_view bytes) {
   z_stream stream{};
-  // 15 bits of window, and 16 for gzip's frame instead of zlib's.
+  // 15 window bits, plus 16 for gzip instead of zlib format.
   if (deflateInit2(&stream, 6, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK) throw std::bad_alloc();
   std::string packed(deflateBound(&stream, static_cast<uLong>(bytes.size())), '\0');
   stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));

@@ -14,7 +14,7 @@
 
 namespace canyon::output {
 
-/// "f64", "f32", "i32", "u32", "u16", "u8": the words of the viewer's header.
+/// "f64", "f32", "i32", "u32", "u16", "u8": the type names in the viewer's header.
 [[nodiscard]] std::string_view name(ViewType type);
 /// Bytes of a value.
 [[nodiscard]] std::size_t size_of(ViewType type);
@@ -22,14 +22,14 @@ namespace canyon::output {
 struct ViewColumn {
   std::string_view name;
   ViewType type = ViewType::F64;
-  std::string_view unit;         ///< "m", "deg"; empty where there is none
-  std::string_view about;        ///< one line for people
-  const Column* from = nullptr;  ///< that gives its values; null: a column of the viewer's own
+  std::string_view unit;         ///< "m", "deg"; empty if it has none
+  std::string_view about;        ///< description, one line
+  const Column* from = nullptr;  ///< source of its values; null: a viewer-only column
 };
 
 struct ViewTable {
   std::string_view name;
-  /// The viewer's own in front, then those of the table of output::tables() with that name, where it has one.
+  /// Viewer-only columns first, then those of the table with that name in output::tables(), if it exists.
   std::span<const ViewColumn> columns;
 };
 
@@ -49,11 +49,11 @@ enum ViewTableIndex : std::uint32_t {
 /// Rows of a Markdown table: column, type, unit, meaning.
 [[nodiscard]] std::string markdown(const ViewTable& table);
 
-/// Texts that indices in columns stand for, in the order of their first use; 0 is the empty text.
+/// Texts of indices in columns, in order of first use; 0 is the empty text.
 class ViewWords {
  public:
   [[nodiscard]] std::size_t index(std::string_view column, const std::string& text);
-  /// The words of each column, also of those without any text but the empty one.
+  /// The words of each column, also of columns with only the empty text.
   [[nodiscard]] const std::map<std::string, std::vector<std::string>, std::less<>>& lists() const {
     return lists_;
   }
@@ -64,13 +64,13 @@ class ViewWords {
   std::map<std::string, std::vector<std::string>, std::less<>> lists_;
 };
 
-/// Directions of a skyline, from north clockwise; one column for all is as many bytes in a row.
+/// Directions of a skyline, from north clockwise; one column of that many bytes per row.
 inline constexpr int kSkylineSectors = 120;
 
 /// Bits of the column "flags" of satellites.
 enum SatelliteFlag : std::uint8_t { kAboveMask = 1, kUsed = 2, kMeasured = 4, kExcluded = 8 };
 
-/// Rows of one of the viewer's tables, kept by columns.
+/// Rows of one of the viewer's tables, stored by columns.
 class ViewRows {
  public:
   explicit ViewRows(ViewTableIndex table);
@@ -81,10 +81,10 @@ class ViewRows {
   /// A row: one value for each column, converted to its type. Precondition: as many as columns, in the range
   /// of their types.
   void add(std::initializer_list<double> values);
-  /// A row of a table with columns of output::tables(): values of its own columns, and the row of the others.
-  /// `words` takes the texts that indices stand for.
+  /// A row of a table with columns of output::tables(): values of viewer-only columns, and the row for the
+  /// others. Texts of indices are added to `words`.
   void add(std::initializer_list<double> own, const Row& row, ViewWords& words);
-  /// A row of a table of one column of bytes, as many as each row has.
+  /// A row of a table with one column of bytes; all rows have the same length.
   void add_bytes(std::string_view bytes);
   void clear();
 
@@ -100,15 +100,15 @@ class ViewRows {
 };
 
 /// The bytes of a chunk (docs/view-format.md): "canyonV1", u32 number of tables, u32 reserved, of each u32
-/// index in the header and u32 rows; then, each begun at a multiple of 8 bytes, the columns of each table.
+/// index in the header and u32 rows; then the columns of each table, each aligned to 8 bytes.
 [[nodiscard]] std::string encode_chunk(const std::vector<const ViewRows*>& tables);
 
-/// Writes a chunk to a folder's file, packed; returns its bytes unpacked. Throws InputError where the folder
-/// does not take it.
+/// Writes a compressed chunk to a file of a folder; returns its uncompressed size in bytes. Throws InputError
+/// if it cannot be written.
 std::size_t write_chunk(const std::filesystem::path& folder, const std::string& file,
                         const std::vector<const ViewRows*>& tables);
 
-/// RFC 1952, as browsers unpack it; the same bytes every time.
+/// Compresses as gzip (RFC 1952, read by browsers); deterministic bytes.
 [[nodiscard]] std::string gzip(std::string_view bytes);
 
 }  // namespace canyon::output

@@ -17,7 +17,7 @@
 namespace canyon::view {
 namespace {
 
-/// Correlation functions are straight between multiples of this part of a chip.
+/// Correlation functions are linear between multiples of this fraction of a chip.
 constexpr int kCodeSteps = 12;
 
 std::string_view surface_word(city::Surface surface) {
@@ -25,7 +25,7 @@ std::string_view surface_word(city::Surface surface) {
   return kWords.at(static_cast<std::size_t>(surface));
 }
 
-/// To a millimetre, so that large cities stay short.
+/// Rounded to 1 mm, so that headers of large cities stay short.
 double millimetres(double metres) {
   return std::round(metres * 1000) / 1000 + 0.0;
 }
@@ -48,7 +48,7 @@ Json city_json(const SceneCity& city) {
           {"objects", std::move(objects)}};
 }
 
-/// The correlation functions of what the systems of these satellites send, without noise and sidelobes.
+/// The correlation functions of the signals of these satellites' systems, without noise and sidelobes.
 Json codes_json(const std::vector<gnss::SatelliteId>& satellites) {
   Json codes = Json::array();
   for (const gnss::System system : gnss::kAllSystems) {
@@ -69,7 +69,7 @@ Json codes_json(const std::vector<gnss::SatelliteId>& satellites) {
   return codes;
 }
 
-/// The words that columns index.
+/// The words indexed by columns.
 Json words_json(const output::ViewWords& texts) {
   Json words;
   const auto list = [&](std::string_view name, auto last, std::string_view (*word)(std::int64_t)) {
@@ -93,7 +93,7 @@ Json words_json(const output::ViewWords& texts) {
   return words;
 }
 
-/// The figures that the viewer shows, for people.
+/// The metrics shown by the viewer.
 Json figures_json() {
   Json json = Json::array();
   for (const output::SummaryFigure& figure : output::summary_figures()) {
@@ -216,7 +216,7 @@ void extend_header(const std::filesystem::path& folder, const std::string& key, 
                    const Json& chunks) {
   Json header = read_header(folder);
   if (!header.contains("chunks"))
-    throw InputError(folder / kHeaderFile, 0, "is not a view of Canyon's", "write it anew");
+    throw InputError(folder / kHeaderFile, 0, "is not a Canyon view", "write it again");
   header[key] = value;
   Json all = Json::array();
   for (const Json& chunk : header["chunks"]) {

@@ -28,10 +28,10 @@ struct ChunkEntry {
   std::size_t satellites = 0, paths = 0;  ///< rows
 };
 
-/// The time of a fault, by the epochs at which it was at work.
+/// The time of a fault, by the epochs during which it was active.
 struct FaultStretch {
   std::string name;
-  double from_s = 0, until_s = 0;  ///< first and last epoch, since the begin
+  double from_s = 0, until_s = 0;  ///< first and last epoch, since the beginning
 };
 
 struct ReceiverHeader {
@@ -45,21 +45,21 @@ struct ReceiverHeader {
 /// Contents of view.json; docs/view-format.md and viewer/schema.json define it.
 struct ViewHeader {
   std::string title;
-  bool live = false;  ///< epochs come as messages; no chunks
+  bool live = false;  ///< epochs are sent as messages; no chunks
   SceneCity city;
   std::optional<geodesy::GpsTime> begin;  ///< without receivers: none
   double interval_s = 1;
-  std::size_t paths_per_satellite = 0;  ///< kept at most
+  std::size_t paths_per_satellite = 0;  ///< maximum stored
   std::vector<ReceiverHeader> receivers;
   std::vector<gnss::SatelliteId> satellites;  ///< ascending
   output::ViewWords words;                    ///< texts of indices in the chunks
   std::vector<ChunkEntry> chunks;
 };
 
-/// The header of the view in `folder`, parsed; null where it is not JSON. Throws InputError where it
-/// cannot be read.
+/// The header of the view in `folder`, parsed; null if it is not JSON. Throws InputError if it cannot be
+/// read.
 [[nodiscard]] Json read_header(const std::filesystem::path& folder);
-/// Whether such a header is of this city: the same origin, as many triangles.
+/// Whether such a header is of this city: same origin, same number of triangles.
 [[nodiscard]] bool shows_city(const Json& header, const city::City& city);
 
 /// The header of a receiver before its first epoch.
@@ -67,11 +67,10 @@ struct ViewHeader {
 
 /// The JSON, ending with a newline.
 [[nodiscard]] std::string header_json(const ViewHeader& header);
-/// Writes it to `folder`, whole or not at all.
+/// Writes it to `folder` atomically.
 void write_header(const ViewHeader& header, const std::filesystem::path& folder);
-/// Puts more into the header of the view in `folder`: a key with its value, and chunks, which take the place
-/// of those of the same kinds that are there. Throws InputError where the folder has no view or does not take
-/// the file.
+/// Extends the header of the view in `folder` by a key with its value and by chunks, which replace existing
+/// chunks of the same kinds. Throws InputError if the folder has no view or cannot be written to.
 void extend_header(const std::filesystem::path& folder, const std::string& key, const Json& value,
                    const Json& chunks);
 

@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kLongestLine = std::size_t{4} << 20;
 constexpr int kWait_ms = 20;
 
-/// Connects to the address at which a host listens.
+/// Connects to a host's listening address.
 std::string reader_of(const std::string& address) {
   constexpr std::string_view kServer = "tcp://";
   if (std::string_view(address).substr(0, kServer.size()) != kServer) return address;
@@ -45,13 +45,13 @@ Eigen::Vector3d place_of(const Json& message) {
   return {axis("east_m"), axis("north_m"), axis("up_m")};
 }
 
-/// An address at which a receiver runs.
+/// The address of a running receiver.
 struct Host {
   std::string address;
   std::unique_ptr<transport::Transport> transport;
   transport::LineCutter lines{kLongestLine};
-  Json hello;                                ///< its last one; null: none yet
-  geodesy::GpsTime begin;                    ///< that this one sends
+  Json hello;                                ///< its last "hello"; null: none yet
+  geodesy::GpsTime begin;                    ///< sent by this host
   std::map<std::string, std::string> names;  ///< of its receivers on the page
   std::string complaint;
 };
@@ -79,7 +79,7 @@ struct LiveRelay::Impl {
     try {
       Json message = Json::parse(line);
       if (message.at("version") != output::kViewMessages)
-        return complain(host, "the host speaks another version of the viewer's messages");
+        return complain(host, "the host uses another version of the viewer's messages");
       if (message.at("type") == "hello")
         take_hello(server, host, std::move(message));
       else if (message.at("type") == "epoch" && !host.hello.is_null())
@@ -89,7 +89,7 @@ struct LiveRelay::Impl {
     }
   }
 
-  /// All receivers of all hosts become one hello: their times count from the begin of the first host's.
+  /// Merges all receivers of all hosts into one "hello"; times count from the beginning of the first host's.
   void take_hello(Server& server, Host& from, Json message) {
     const auto begin = geodesy::GpsTime::from_week(static_cast<int>(bounded(message, "gps_week", 0, 9999)),
                                                    bounded(message, "gps_tow", 0, 604800));

@@ -25,7 +25,7 @@ namespace {
 using Json = nlohmann::json;
 using testing::HasSubstr;
 
-/// Keeps epochs with what they point to.
+/// Stores epochs with the data they point to.
 class Kept final : public simulation::EpochSink {
  public:
   void write(const simulation::Epoch& epoch) override {
@@ -103,7 +103,7 @@ TEST_F(LiveRelayTest, TakesAHostsEpochsToPagesAndGreetsLateOnesWithTheNewest) {
   EXPECT_EQ(received[0]["receivers"][0]["name"], "rover");
   ASSERT_TRUE(relay_->take_header());
   EXPECT_FALSE(relay_->take_header());  // once
-  // The header states the same, for pages that come from now on.
+  // The header has the same, for later pages.
   EXPECT_EQ(header()["time"]["begin_utc"], "2026-06-01T12:00:00.000Z");
   EXPECT_EQ(header()["time"]["interval_s"], simulation_->interval_s());
   EXPECT_EQ(header()["receivers"][0]["name"], "rover");
@@ -149,13 +149,13 @@ TEST_F(LiveRelayTest, PassesOverWhatIsNoStreamOfTheViewer) {
       if (note.find("stream") != std::string::npos) notes.push_back(std::move(note));
     }
   }
-  EXPECT_THAT(notes, testing::ElementsAre(HasSubstr("are not the stream 'view'")));  // said once
+  EXPECT_THAT(notes, testing::ElementsAre(HasSubstr("are not the stream 'view'")));  // reported once
   EXPECT_EQ(header()["time"], nullptr);
   EXPECT_THROW(relay({"nowhere"}), InputError);
   EXPECT_THROW(relay({address_, address_}), InputError);
 }
 
-// Numbers that no time, place or angle has end neither the viewer nor the stream.
+// Impossible values of times, positions or angles end neither the viewer nor the stream.
 TEST_F(LiveRelayTest, PassesOverImpossibleNumbers) {
   const auto stream = host();
   test::Listener page(*server_);
@@ -208,7 +208,7 @@ TEST_F(LiveRelayTest, ShowsTheReceiversOfAllHostsInOneTime) {
   const auto stream = host();
   const auto stream_of_other = output::open_stream(output::parse_stream("view=" + second), other);
   test::Listener page(*server_);
-  const std::string name = "rover (" + second + ")";  // both say "rover"
+  const std::string name = "rover (" + second + ")";  // both are named "rover"
   Json hello = Json::object();
   for (int i = 0; i < 4 && hello.value("receivers", Json::array()).size() < 2; ++i) {
     hello = receive(page, 1, *stream, stream_of_other.get())[0];

@@ -26,10 +26,10 @@
 namespace canyon::view {
 namespace {
 
-/// The place of a page's data; viewer/index.html has it.
+/// The marker of a page's data in viewer/index.html.
 constexpr std::string_view kMark = "<!--canyon:data-->";
 
-/// Unpacked bytes of a gzip file by its end (RFC 1952, 2.3.1: ISIZE); empty: it has no end.
+/// Uncompressed size of a gzip file from its trailer (RFC 1952, 2.3.1: ISIZE); empty: no trailer.
 std::optional<std::uint32_t> unpacked_bytes(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   std::array<unsigned char, 4> end{};
@@ -39,14 +39,14 @@ std::optional<std::uint32_t> unpacked_bytes(const std::filesystem::path& path) {
   return size;
 }
 
-/// JSON within a <script>: no "</script>" may stand in it.
+/// JSON for a <script> element: must not contain "</script>".
 std::string for_script(std::string json) {
   for (std::size_t at = json.find('<'); at != std::string::npos; at = json.find('<', at))
     json.replace(at, 1, "\\u003c");
   return json;
 }
 
-/// A part of a map's feature is named by it with "#2" behind, a city's building by itself.
+/// Parts of a map's feature have its name followed by "#2"; a city's building has its own name.
 std::string feature_of(const std::string& object) {
   const std::size_t part = object.rfind('#');
   return part == std::string::npos || part == 0 ? object : object.substr(0, part);
@@ -79,7 +79,7 @@ SceneObject describe(const city::Mesh& mesh, const city::Object& object,
   return result;
 }
 
-/// The glTF's bytes: its writer knows files only.
+/// The glTF's bytes, from a file: the writer supports files only.
 std::string glb_of(const city::City& city, const std::filesystem::path& folder) {
   const Temporary own(folder / "city", Temporary::Kind::Folder);
   OutputFile file(own.temporary_path() / "city.glb");
@@ -117,7 +117,7 @@ std::filesystem::path find_page() {
   if (const char* named = std::getenv("CANYON_VIEWER"); named != nullptr && *named != '\0') return named;
   std::error_code error;
   std::vector<std::filesystem::path> places;
-  // An installed program has share/ beside bin/; for one that was built the source tree has the page.
+  // An installed program has share/ next to bin/; for a build tree the page is in the source tree.
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
   if (!error) places.push_back(program.parent_path().parent_path() / "share/canyon/viewer.html");
   places.emplace_back(built_page);
@@ -128,7 +128,7 @@ std::filesystem::path find_page() {
 }
 
 std::vector<std::string> view_files(const std::filesystem::path& folder) {
-  const char* const again = "write it anew: 'canyon simulate SCENARIO --out DIR --view'";
+  const char* const again = "write it again: 'canyon simulate SCENARIO --out DIR --view'";
   std::vector<std::string> files;
   const auto take = [&](const std::string& name) {
     std::filesystem::path path = folder / name;
@@ -136,7 +136,7 @@ std::vector<std::string> view_files(const std::filesystem::path& folder) {
     const auto status = std::filesystem::symlink_status(path, missing);
     if (!std::filesystem::exists(status)) throw InputError(path, 0, "is missing from the view", again);
     if (!is_served_name(name) || !std::filesystem::is_regular_file(status))
-      throw InputError(folder / kHeaderFile, 0, "names what is no file of a view: " + name, again);
+      throw InputError(folder / kHeaderFile, 0, "has an invalid file name: " + name, again);
     files.push_back(name);
     return path;
   };
@@ -148,10 +148,10 @@ std::vector<std::string> view_files(const std::filesystem::path& folder) {
     for (const Json& chunk : json.at("chunks")) {
       const std::filesystem::path path = take(chunk.at("file").get<std::string>());
       if (unpacked_bytes(path) != chunk.at("bytes").get<std::uint32_t>())
-        throw InputError(path, 0, "is cut off or damaged", again);
+        throw InputError(path, 0, "is truncated or damaged", again);
     }
   } catch (const JsonError&) {
-    throw InputError(folder / kHeaderFile, 0, "is not a view of Canyon's, or a damaged one", again);
+    throw InputError(folder / kHeaderFile, 0, "is not a Canyon view, or is damaged", again);
   }
   return files;
 }
@@ -161,7 +161,7 @@ std::size_t export_page(const std::filesystem::path& page, const std::filesystem
   const std::string html = read_bytes(page);
   const std::size_t mark = html.find(kMark);
   if (mark == std::string::npos)
-    throw InputError(page, 0, "is not a page of Canyon's viewer", "build it anew: ./run view");
+    throw InputError(page, 0, "is not Canyon's viewer page", "rebuild it: ./run view");
   const std::vector<std::string> files = view_files(folder);
   const std::string header = read_bytes(folder / kHeaderFile);
 

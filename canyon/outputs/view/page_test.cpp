@@ -55,17 +55,17 @@ TEST_F(PageTest, HoldsNothingFromOutsideTheFolder) {
     name_files("city.glb.gz", "track-0.bin.gz");
     std::filesystem::rename(view_ / file, folder_ / "outside");
     std::filesystem::create_symlink(folder_ / "outside", view_ / file);
-    EXPECT_THAT(refused(), HasSubstr("no file of a view")) << file;
+    EXPECT_THAT(refused(), HasSubstr("an invalid file name")) << file;
     std::filesystem::rename(folder_ / "outside", view_ / file);
   }
   EXPECT_EQ(refused(), "");
 }
 
 TEST_F(PageTest, NamesThatAreHtmlAreRefused) {
-  const std::string name = "x.gz\\\"><script>1<";  // as JSON has it
+  const std::string name = "x.gz\\\"><script>1<";  // as in JSON
   write_file(view_ / "x.gz\"><script>1<", output::gzip("track"));
   name_files("city.glb.gz", name);
-  EXPECT_THAT(refused(), HasSubstr("no file of a view"));
+  EXPECT_THAT(refused(), HasSubstr("an invalid file name"));
 }
 
 }  // namespace

@@ -15,7 +15,7 @@
 namespace canyon::view {
 namespace {
 
-/// An antenna may stand so far outside the city [m]: as far as a trajectory may (Simulation).
+/// Maximum distance of an antenna outside the city [m], as for a trajectory (Simulation).
 constexpr double kReach_m = 10'000;
 
 std::optional<std::int64_t> id_of(const Json& json) {
@@ -28,7 +28,8 @@ double number(const Json& json, const char* key, double low, double high) {
     throw InputError(fmt::format("'{}' is not a number", key), "see docs/view-format.md, Messages");
   const auto value = json[key].get<double>();
   if (!(value >= low && value <= high))
-    throw InputError(fmt::format("'{}' is {}", key, value), fmt::format("it runs from {} to {}", low, high));
+    throw InputError(fmt::format("'{}' is {}", key, value),
+                     fmt::format("give a value from {} to {}", low, high));
   return value;
 }
 
@@ -55,15 +56,15 @@ Probe::Probe(const simulation::Scenario& scenario, geodesy::GpsTime begin, doubl
 
 Probe::Question Probe::read(const Json& json) const {
   if (json["type"] != "probe")
-    throw InputError("the server does not know this message", "it answers \"type\": \"probe\"");
+    throw InputError("the server has no such message type", "send \"type\": \"probe\"");
   if (json["version"] != output::kViewMessages) {
     throw InputError(fmt::format("the message is not of version {}", output::kViewMessages),
-                     "load the page anew: it is not this program's");
+                     "reload the page; another version of canyon made it");
   }
   Question question;
   const double receiver = number(json, "receiver", 0, static_cast<double>(receivers_.size()) - 1);
   if (receiver != std::floor(receiver))
-    throw InputError(fmt::format("'receiver' is {}", receiver), "it is a whole number");
+    throw InputError(fmt::format("'receiver' is {}", receiver), "give a whole number");
   question.receiver = static_cast<std::size_t>(receiver);
   question.time_s = number(json, "time_s", 0, last_s_);
   const Json& place = json["place"];
@@ -79,7 +80,7 @@ Probe::Question Probe::read(const Json& json) const {
 std::string Probe::trace(const Question& question, std::optional<std::int64_t> id) {
   simulation::LiveReceiver& receiver = receivers_[question.receiver];
   receiver.restart();
-  // It stands upright at its own place.
+  // It is upright at its own position.
   simulation::LiveReceiver::Step step = receiver.observe(
       {receiver.at(question.time_s), scene_->city.frame.geodetic_from_local(question.place)});
   step.epoch.arrival = &step.arrival;

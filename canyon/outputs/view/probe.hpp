@@ -14,8 +14,8 @@
 
 namespace canyon::view {
 
-/// Antennas put anywhere in a scenario's city: what its receivers would see there, traced as the scenario
-/// says. Each question is a receiver that has just been switched on, and stands still. Not thread-safe.
+/// Computes the reception of a scenario's receivers at any point of its city, with the scenario's
+/// propagation. Each request is for a stationary receiver that has just been switched on. Not thread-safe.
 class Probe {
  public:
   /// @param scene the scenario's city
@@ -23,11 +23,11 @@ class Probe {
   Probe(const simulation::Simulation& simulation, std::shared_ptr<simulation::CityScene> scene,
         std::size_t paths_per_satellite);
   /// From `begin` on. @param scenario whose receivers are those of the page
-  /// @param last_s the run's end; else it is without a known one, and three years long
+  /// @param last_s the run's end; else the run has no known end and is taken as three years long
   Probe(const simulation::Scenario& scenario, geodesy::GpsTime begin, double interval_s,
         std::shared_ptr<simulation::CityScene> scene, std::size_t paths_per_satellite, double last_s = 1e8);
 
-  /// Answers a message "probe" with a message "epoch", and whatever is wrong with it with a message "error"
+  /// Returns a message "epoch" for a message "probe", and a message "error" for an invalid one
   /// (docs/view-format.md).
   [[nodiscard]] std::string answer(const std::string& message);
 
@@ -42,13 +42,13 @@ class Probe {
 
   std::shared_ptr<simulation::CityScene> scene_;
   std::size_t paths_per_satellite_;
-  simulation::Run receivers_;  // each asked alone
+  simulation::Run receivers_;  // each evaluated alone
   double last_s_;
   /// By the city and its origin.
   Eigen::Vector3d low_ = Eigen::Vector3d::Zero(), high_ = Eigen::Vector3d::Zero();
 };
 
-/// The answer where nothing can be traced: an "error" that says why.
+/// The response if nothing can be traced: an "error" with the reason.
 [[nodiscard]] std::string no_probe(const std::string& message, std::string_view why);
 
 }  // namespace canyon::view

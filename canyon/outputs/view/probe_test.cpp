@@ -21,7 +21,7 @@ namespace {
 using Json = nlohmann::json;
 using testing::HasSubstr;
 
-/// RFC 4648, backwards.
+/// Decodes base64 (RFC 4648).
 std::string unpacked(const std::string& text) {
   const std::string letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string bytes;
@@ -36,7 +36,7 @@ std::string unpacked(const std::string& text) {
   return bytes;
 }
 
-/// Columns of a chunk by table and name, read as docs/view-format.md says; of numbers in floating point.
+/// Columns of a chunk by table and name, read as in docs/view-format.md; floating-point columns.
 std::map<std::string, std::vector<double>> columns_of(const std::string& bytes) {
   const auto u32 = [&](std::size_t at) {
     std::uint32_t value = 0;
@@ -121,7 +121,7 @@ class ProbeTest : public testing::Test {
   std::unique_ptr<Probe> probe_;
 };
 
-// The first epoch of a receiver that stands where the probe is put is the probe's own.
+// The first epoch of a receiver at the probe's position equals the probe's epoch.
 TEST_F(ProbeTest, IsTheFirstEpochOfAReceiverThere) {
   FirstEpochs run(*simulation_);
   simulation_->run({&run});
@@ -140,13 +140,13 @@ TEST_F(ProbeTest, IsTheFirstEpochOfAReceiverThere) {
     const auto expected = columns_of(unpacked(run.messages[r]["chunk"]));
     ASSERT_EQ(got.size(), expected.size());
     for (const auto& [name, values] : expected) {
-      if (name == "epochs.yaw_deg") continue;  // what stands still looks nowhere
+      if (name == "epochs.yaw_deg") continue;  // a stationary receiver has no heading
       ASSERT_EQ(got.at(name).size(), values.size()) << name;
       for (std::size_t i = 0; i < values.size(); ++i) {
         if (std::isnan(values[i])) {
           EXPECT_TRUE(std::isnan(got.at(name)[i])) << name;
         } else {
-          // The place goes through latitude and longitude on one side: nanometres.
+          // The position is converted to latitude and longitude on one side: nanometres.
           EXPECT_NEAR(got.at(name)[i], values[i], 1e-5 * std::max(1.0, std::abs(values[i])))
               << name << " " << i;
         }
@@ -200,20 +200,20 @@ TEST_F(ProbeTest, SaysInOneMessageWhatIsWrong) {
   nan.replace(nan.find("38.0"), 4, "NaN");
   EXPECT_THAT(complaint(nan), HasSubstr("is not a number"));
   EXPECT_THAT(complaint(std::string(2000, '[')), HasSubstr("not JSON"));
-  EXPECT_THAT(complaint(changed("type", "fire")), HasSubstr("the server does not know this message"));
+  EXPECT_THAT(complaint(changed("type", "fire")), HasSubstr("the server has no such message type"));
   EXPECT_THAT(complaint(changed("version", 2)), HasSubstr("not of version 1"));
-  EXPECT_THAT(complaint(changed("receiver", 2)), HasSubstr("'receiver' is 2; it runs from 0 to 1"));
+  EXPECT_THAT(complaint(changed("receiver", 2)), HasSubstr("'receiver' is 2; give a value from 0 to 1"));
   EXPECT_THAT(complaint(changed("receiver", -1)), HasSubstr("'receiver' is -1"));
   EXPECT_THAT(complaint(changed("receiver", 0.5)), HasSubstr("'receiver' is 0.5"));
   EXPECT_THAT(complaint(changed("receiver", "plain")), HasSubstr("'receiver' is not a number"));
-  EXPECT_THAT(complaint(changed("time_s", 10.5)), HasSubstr("'time_s' is 10.5; it runs from 0 to 10"));
+  EXPECT_THAT(complaint(changed("time_s", 10.5)), HasSubstr("'time_s' is 10.5; give a value from 0 to 10"));
   EXPECT_THAT(complaint(changed("time_s", nullptr)), HasSubstr("'time_s' is not a number"));
   EXPECT_THAT(complaint(changed("place", {1, 2, 3})), HasSubstr("'place' is missing"));
   EXPECT_THAT(complaint(placed("up_m", nullptr)), HasSubstr("'up_m' is not a number"));
   EXPECT_THAT(complaint(placed("north_m", 1e6)), HasSubstr("'north_m' is 1000000"));
   EXPECT_THAT(complaint(placed("east_m", "here")), HasSubstr("'east_m' is not a number"));
   EXPECT_EQ(Json::parse(probe_->answer(changed("time_s", 99)))["id"], 7);
-  EXPECT_EQ(ask(question({38, 38, 1.5}))["type"], "epoch");  // and goes on
+  EXPECT_EQ(ask(question({38, 38, 1.5}))["type"], "epoch");  // and continues
 }
 
 // A live run has the same sky at the same time, and no end.

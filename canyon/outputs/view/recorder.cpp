@@ -12,7 +12,7 @@
 namespace canyon::view {
 
 void Recorder::end_epoch(const std::vector<std::string>& faults, double time_s) {
-  // Beside the epoch before, a fault goes on; else a new stretch begins.
+  // A fault continues if it was active at the previous epoch; else a new interval begins.
   for (const std::string& name : faults) {
     const auto open =
         std::find_if(faults_.rbegin(), faults_.rend(), [&](const FaultStretch& f) { return f.name == name; });

@@ -16,17 +16,17 @@
 
 namespace canyon::view {
 
-/// A row of the table "skylines" at a place in the city's frame [m, east north up]: output::kSkylineSectors
+/// A row of the table "skylines" at a point in the city's frame [m, east north up]: output::kSkylineSectors
 /// bytes from north clockwise, half degrees of the highest hidden elevation.
 [[nodiscard]] std::string skyline_bytes(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu);
 
 /// The skyline of an antenna that moves.
 class MovingSkyline {
  public:
-  /// @param step_m where the antenna has moved by less, the last skyline stays [m]; >= 0
+  /// @param step_m minimum movement of the antenna for a new skyline [m]; >= 0
   explicit MovingSkyline(double step_m = 3) : step_m_(step_m) {}
 
-  /// Goes to a place of the city's frame; true where the skyline is a new one.
+  /// Moves to a point of the city's frame; true if the skyline is a new one.
   bool move(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu);
   /// As skyline_bytes(); empty before the first move().
   [[nodiscard]] const std::string& bytes() const { return bytes_; }
@@ -37,8 +37,8 @@ class MovingSkyline {
   std::string bytes_;
 };
 
-/// The files of one receiver of a view: blocks of its satellites and paths as they fill, and at the end all
-/// of its epochs. `scene` must outlive it.
+/// The files of one receiver of a view: blocks of its satellites and paths when full, and all of its epochs
+/// at the end. `scene` must outlive it.
 class Recorder {
  public:
   /// @param words that receivers of a view share
@@ -56,15 +56,15 @@ class Recorder {
   [[nodiscard]] output::EpochRows& rows() { return rows_; }
   /// The next epoch's number.
   [[nodiscard]] std::size_t epoch() const { return epochs_; }
-  /// The row of its skyline: the last one, or a new one where it has moved far enough. @param antenna in the
-  /// city's frame [m]
+  /// The row of its skyline: the last one, or a new one after enough movement. @param antenna in the city's
+  /// frame [m]
   [[nodiscard]] int skyline(const Eigen::Vector3d& antenna) {
     if (skyline_.move(scene_, antenna)) skylines_.add_bytes(skyline_.bytes());
     return static_cast<int>(skylines_.size()) - 1;
   }
-  /// @param faults at work, @param time_s since the view's begin
+  /// @param faults active, @param time_s since the view's beginning
   void end_epoch(const std::vector<std::string>& faults, double time_s);
-  /// Writes the remaining rows to files, and tells the header's receiver and list of chunks of all.
+  /// Writes the remaining rows to files, and adds its receiver and all chunks to the header.
   void finish(ViewHeader& header);
 
  private:

@@ -42,7 +42,7 @@ class RunRelayTest : public testing::Test {
     simulation_->run({view_.get(), &relay}, options);
     relay.finished();
   }
-  /// The messages that a page gets until the run has ended.
+  /// The messages of a page until the end of the run.
   static std::vector<Json> receive(test::Listener& page) {
     std::vector<Json> received;
     do {
@@ -92,7 +92,7 @@ TEST_F(RunRelayTest, TakesEpochsToPagesWhileTheyAreComputedAndThenTheWholeView) 
   EXPECT_EQ(of_type(received, "progress").back()["done"], 3);
   EXPECT_EQ(of_type(received, "progress").back()["planned"], 3);
 
-  // The satellites' numbers stay those of the begin: what is selected stays so.
+  // The satellites' numbers are kept from the beginning, so a selection is kept too.
   const Json whole = header();
   EXPECT_FALSE(whole.contains("live"));
   EXPECT_EQ(whole["satellites"], begun["satellites"]);
@@ -117,7 +117,7 @@ TEST_F(RunRelayTest, SendsNoMoreInstantsThanArePictures) {
 TEST_F(RunRelayTest, WhatIsSentLastArrivesBeforeTheServerEnds) {
   server_->greet({"hello"});
   test::Listener page(*server_);
-  EXPECT_EQ(page.read(), "hello");  // the server knows it now
+  EXPECT_EQ(page.read(), "hello");  // the server has registered it now
   server_->send("why");
   EXPECT_TRUE(server_->flush(std::chrono::seconds(20)));
   server_.reset();

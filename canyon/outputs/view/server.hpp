@@ -11,17 +11,17 @@
 
 namespace canyon::view {
 
-/// Bounds of a server; what exceeds them is refused and harms nobody else.
+/// Limits of a server; a request that exceeds them is rejected without effect on other clients.
 struct ServerOptions {
   int port = 0;  ///< of 127.0.0.1; 0: a free one
-  /// Connections at a time. One more takes the place of the one that waits longest without a request; where
-  /// all are at work it is closed at once.
+  /// Connections at a time. A further one replaces the longest idle one; it is closed at once if none is
+  /// idle.
   std::size_t most_clients = 48;          ///< >= 1
   std::size_t most_header_bytes = 8192;   ///< of an HTTP request; it has no body
   std::size_t most_message_bytes = 4096;  ///< of a WebSocket message to the server
-  /// Messages that wait for a WebSocket client which reads too slowly, >= 2; of more the oldest are dropped.
+  /// Messages queued for a slow WebSocket client, >= 2; the oldest are dropped if there are more.
   std::size_t most_waiting = 64;
-  /// For a request to come whole, for an answer to be taken, for a WebSocket client to answer a ping.
+  /// Time-out for receiving a request, for sending a response, and for a WebSocket client's answer to a ping.
   std::chrono::milliseconds timeout{20'000};
 };
 
@@ -29,17 +29,17 @@ struct ServerOptions {
 struct ServedSite {
   std::string page;              ///< HTML, under "/"
   std::filesystem::path folder;  ///< its plain files under "/view/NAME"; nothing below it, and no links
-  /// Answers a WebSocket message with one of its own; called on a thread of its own, one message at a time.
-  /// Empty, or an empty answer: nothing is sent.
+  /// Returns the response to a WebSocket message; called on a separate thread, one message at a time. If the
+  /// function or the response is empty, nothing is sent.
   std::function<std::string(const std::string& message)> answer = {};
 };
 
-/// HTTP and WebSocket for pages of this machine: 127.0.0.1 alone, and only for requests whose Host (and
-/// Origin, where given) is this very server, so that no foreign page in the user's browser reads along.
-/// Works on a thread of its own from construction to destruction.
+/// HTTP and WebSocket for pages of this machine: 127.0.0.1 only, and only requests whose Host (and Origin, if
+/// given) is this server, so that other pages in the user's browser cannot read it. Runs on its own thread
+/// from construction to destruction.
 class Server {
  public:
-  /// Throws InputError where the port cannot be opened.
+  /// Throws InputError if the port cannot be opened.
   explicit Server(ServedSite site, const ServerOptions& options = {});
   ~Server();
   Server(const Server&) = delete;
@@ -48,14 +48,14 @@ class Server {
   [[nodiscard]] int port() const;
   /// "http://127.0.0.1:PORT/"
   [[nodiscard]] std::string address() const;
-  /// Sets the messages that each WebSocket client gets first, one that comes later as well. From any thread.
+  /// Sets the messages that each WebSocket client gets first, also later clients. From any thread.
   void greet(std::vector<std::string> messages);
-  /// A message to every WebSocket client. Returns at once; a client that does not read loses the oldest.
-  /// From any thread.
+  /// Sends a message to every WebSocket client. Returns at once; a client that does not read loses the oldest
+  /// messages. From any thread.
   void send(std::string message);
-  /// Waits until all messages are on their way; false where clients do not take them within `most`.
+  /// Waits until all messages are sent; false if clients do not receive them within `most`.
   bool flush(std::chrono::milliseconds most);
-  /// Connections now, and messages that were dropped since the begin. From any thread.
+  /// Present connections, and messages dropped since the beginning. From any thread.
   [[nodiscard]] std::size_t clients() const;
   [[nodiscard]] std::size_t dropped() const;
 

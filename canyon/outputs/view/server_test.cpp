@@ -26,7 +26,7 @@ using testing::Not;
 using testing::StartsWith;
 using Clock = std::chrono::steady_clock;
 
-/// A client that writes the bytes it is given.
+/// A client that writes given bytes.
 class Client {
  public:
   explicit Client(const Server& server) : socket_(io_) {
@@ -36,7 +36,7 @@ class Client {
     boost::system::error_code error;  // the server may have closed already
     asio::write(socket_, asio::buffer(bytes.data(), bytes.size()), error);
   }
-  /// All that comes until the server closes; `closed` says whether it did.
+  /// All bytes until the server closes; `closed`: whether it closed.
   std::string rest() {
     std::string text;
     boost::system::error_code error;
@@ -62,14 +62,14 @@ std::string host(const Server& server) {
   return "Host: 127.0.0.1:" + std::to_string(server.port()) + "\r\n";
 }
 
-/// The answer to a request of these lines, the server's own host among them.
+/// The response to a request with these lines and the server's own host.
 std::string answer(const Server& server, const std::string& first_line, const std::string& more = "") {
   Client client(server);
   client.write(first_line + " HTTP/1.1\r\n" + host(server) + "Connection: close\r\n" + more + "\r\n");
   return client.rest();
 }
 
-/// Waits until something holds, 20 s at most.
+/// Waits until a condition holds, at most 20 s.
 template <typename Holds>
 bool comes_true(const Holds& holds) {
   const auto until = Clock::now() + std::chrono::seconds(20);
@@ -118,7 +118,7 @@ TEST_F(ServerTest, GivesThePageAndTheFolderWithAPolicyThatLetsNothingIn) {
   EXPECT_THAT(page, HasSubstr("Content-Security-Policy: default-src 'none';"));
   EXPECT_THAT(page, HasSubstr("frame-ancestors 'none'"));
   EXPECT_THAT(page, HasSubstr("X-Content-Type-Options: nosniff"));
-  EXPECT_THAT(page, Not(HasSubstr("http:")));  // no outer source
+  EXPECT_THAT(page, Not(HasSubstr("http:")));  // no external source
   EXPECT_THAT(page, Not(HasSubstr("https:")));
   EXPECT_THAT(answer(server, "GET /view/view.json"), HasSubstr("\r\n\r\n{\"format\":\"canyon view\"}"));
   EXPECT_THAT(answer(server, "GET /view/view.json?again"), StartsWith("HTTP/1.1 200"));
@@ -149,7 +149,7 @@ TEST_F(ServerTest, RefusesOtherHostsAndOrigins) {
   const std::string port = std::to_string(server.port());
   EXPECT_THAT(ask(host(server)), StartsWith("HTTP/1.1 200"));
   EXPECT_THAT(ask("Host: localhost:" + port + "\r\n"), StartsWith("HTTP/1.1 200"));
-  // A name that an attacker's DNS turns to 127.0.0.1; another port; none; two.
+  // A name resolved to 127.0.0.1 by an attacker's DNS; another port; none; two.
   for (const std::string& other :
        {std::string("Host: evil.example:") + port + "\r\n", std::string("Host: 127.0.0.1\r\n"),
         std::string("Host: 127.0.0.1:1\r\n"), std::string(), host(server) + host(server)}) {
@@ -177,7 +177,7 @@ TEST_F(ServerTest, RefusesOtherMethodsBodiesLongHeadersAndGarbage) {
     EXPECT_TRUE(client.closed);
     EXPECT_THAT(text, Not(HasSubstr("200 OK")));
   }
-  EXPECT_THAT(answer(server, "GET /"), StartsWith("HTTP/1.1 200"));  // and goes on
+  EXPECT_THAT(answer(server, "GET /"), StartsWith("HTTP/1.1 200"));  // and continues
 }
 
 TEST_F(ServerTest, BoundsItsClients) {
@@ -188,7 +188,7 @@ TEST_F(ServerTest, BoundsItsClients) {
   ASSERT_TRUE(comes_true([&] { return server.clients() == 1; }));
   Client second(server);
   ASSERT_TRUE(comes_true([&] { return server.clients() == 2; }));
-  // Those who ask for nothing lock nobody out.
+  // Idle connections do not lock out others.
   EXPECT_THAT(answer(server, "GET /"), StartsWith("HTTP/1.1 200"));
   EXPECT_EQ(first.rest(), "");
   EXPECT_TRUE(first.closed);
@@ -266,7 +266,7 @@ TEST_F(ServerTest, AsksNoMoreForAClientThatTakesNoAnswer) {
   Listener listener(server);
   for (int i = 0; i < 200; ++i) listener.write("more");
   EXPECT_TRUE(comes_true([&] { return asked > 0; }));
-  // What the system's buffers take may be answered; a second is enough for all 200.
+  // Requests in the system's buffers may be answered; a second suffices for all 200.
   const auto until = Clock::now() + std::chrono::seconds(1);
   EXPECT_TRUE(comes_true([&] { return asked == 200 || Clock::now() > until; }));
   EXPECT_LT(asked, 60);
@@ -290,18 +290,18 @@ TEST_F(ServerTest, DropsTheOldestForAClientThatDoesNotReadAndNothingForOthers) {
   Server server(site(), options);
   {
     Listener stalled(server), reader(server);
-    stalled.write("there");  // its answer says that both are known to the server
+    stalled.write("there");  // the response shows that both are registered at the server
     reader.write("there");
     EXPECT_EQ(reader.read(), "heard there");
     EXPECT_EQ(stalled.read(), "heard there");
-    // Until the system's buffers of the stalled one are full; the reader keeps up and misses none.
+    // Until the system's buffers of the stalled client are full; the reader keeps up and loses none.
     const std::string filling(100'000, 'x');
     for (int i = 0; server.dropped() == 0 && i < 10'000; ++i) {
       server.send(std::to_string(i) + " " + filling);
       EXPECT_THAT(reader.read(), StartsWith(std::to_string(i) + " "));
     }
     EXPECT_GT(server.dropped(), 0U);
-    // It does not answer pings either: it is let go. The reader answers them while it reads.
+    // The stalled client does not answer pings either and is dropped. The reader answers them while reading.
     EXPECT_TRUE(comes_true([&] {
       server.send("still there");
       return reader.read() == "still there" && server.clients() == 1;

@@ -168,7 +168,7 @@ struct RunRelay::Impl {
     server.greet({hello});
   }
 
-  /// All receivers of an instant, or none.
+  /// Sends all receivers of an instant, or none.
   bool due(geodesy::GpsTime instant) {
     if (shown == instant) return true;
     const auto now = Clock::now();
@@ -178,7 +178,7 @@ struct RunRelay::Impl {
     return true;
   }
 
-  /// Sends a message, which pages that come later are greeted with as well.
+  /// Sends a message, also as the greeting of later pages.
   void tell(const std::string& text) const {
     server.greet({hello, text});
     server.send(text);

@@ -1,4 +1,4 @@
-"""Stand-in of AirSim's module (PythonClient/airsim/client.py, types.py): NED metres from the vehicle's start, quaternions
+"""Mock of AirSim's module (PythonClient/airsim/client.py, types.py): NED metres from the vehicle's start, quaternions
 of a body with x forward, y right, z down, stamps in nanoseconds of Unix time."""
 import course
 

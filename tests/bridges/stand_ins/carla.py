@@ -1,5 +1,5 @@
-"""Stand-in of CARLA's module: libcarla's World.cpp, Snapshot.cpp and Geom.cpp have its names and arguments. The world is
-left-handed: x east, y south, z up, metres; yaw turns from x to y, pitch up and roll to the right are
+"""Mock of CARLA's module: names and arguments are those of libcarla's World.cpp, Snapshot.cpp and Geom.cpp. The world is
+left-handed: x east, y south, z up, metres; yaw rotates from x to y, pitch up and roll to the right are
 positive; degrees."""
 import fnmatch
 

@@ -1,4 +1,4 @@
-"""Stand-in of Webots' module (lib/controller/python/controller: supervisor.py, node.py, field.py, robot.py): metres in the
+"""Mock of Webots' module (lib/controller/python/controller: supervisor.py, node.py, field.py, robot.py): metres in the
 axes of WorldInfo.coordinateSystem, orientations as matrices by rows."""
 import os
 

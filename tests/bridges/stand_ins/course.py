@@ -1,5 +1,5 @@
-"""The drive of all stand-ins, in ENU [m] and seconds of the simulation: no two legs and no two places of it are alike,
-so that swapped or turned axes show. The vehicle heads 30 degrees north of east, with its nose 20 degrees up and its
+"""The drive of all mocks, in ENU [m] and seconds of the simulation: no two legs and no two positions are equal,
+so that swapped or rotated axes are detected. The vehicle heads 30 degrees north of east, with its nose 20 degrees up and its
 right side 15 degrees down."""
 import math
 import os
@@ -7,7 +7,7 @@ import time
 
 START = (20.0, -10.0, 60.0)
 LEGS = ((2.0, (0.0, 0.0, 0.0)), (2.0, (30.0, 0.0, 0.0)), (0.5, (0.0, 0.0, 0.0)), (2.0, (0.0, 20.0, 0.0)),
-        (0.5, (0.0, 0.0, 0.0)), (1.0, (0.0, 0.0, 10.0)), (4.0, (0.0, 0.0, 0.0)))  # seconds, way
+        (0.5, (0.0, 0.0, 0.0)), (1.0, (0.0, 0.0, 10.0)), (4.0, (0.0, 0.0, 0.0)))  # seconds, path
 CORNERS = (START, (50.0, -10.0, 60.0), (50.0, 10.0, 60.0), (50.0, 10.0, 70.0))
 SECONDS = sum(leg[0] for leg in LEGS)
 YAW_DEG, PITCH_DEG, ROLL_DEG = 30.0, 20.0, 15.0  # from east counter-clockwise; nose up; right side down
@@ -26,7 +26,7 @@ def radii():
 
 
 def place_of(enu):
-    """Latitude, longitude [deg] and height [m]; right to a millimetre within 100 m of the origin."""
+    """Latitude, longitude [deg] and height [m]; accurate to a millimetre within 100 m of the origin."""
     north_m, east_m = radii()
     return ORIGIN[0] + math.degrees(enu[1] / north_m), ORIGIN[1] + math.degrees(enu[0] / east_m), ORIGIN[2] + enu[2]
 
@@ -56,7 +56,7 @@ def axes():
 
 
 def quaternion(z_deg, y_deg, x_deg):
-    """w, x, y, z of turns about z, then the new y, then the new x."""
+    """w, x, y, z of rotations about z, then the new y, then the new x."""
     w, x, y, z = 1.0, 0.0, 0.0, 0.0
     for axis, deg in enumerate((x_deg, y_deg, z_deg)):
         (s, c), = trigonometry(deg / 2)

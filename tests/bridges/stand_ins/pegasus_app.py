@@ -1,4 +1,4 @@
-"""Stand-in of a Pegasus application: physics at 250 Hz, one sensor, and a backend that takes what PX4's does
+"""Mock of a Pegasus application: physics at 250 Hz, one sensor, and a backend with the inputs of PX4's
 (logic/vehicles/vehicle.py, logic/backends/px4_mavlink_backend.py). Prints HIL_GPS's fields as JSON."""
 import json
 import sys

@@ -13,7 +13,7 @@ namespace {
 
 using sensor_msgs::msgs::SITLGps;
 
-// So that `gz topic` with this library preloaded can print the type.
+// Lets `gz topic` print the type if this library is preloaded.
 boost::shared_ptr<google::protobuf::Message> make_message() {
   return boost::shared_ptr<google::protobuf::Message>(new SITLGps);
 }

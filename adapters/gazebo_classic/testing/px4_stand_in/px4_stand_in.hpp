@@ -2,16 +2,15 @@
 
 namespace canyon::adapters::gazebo_classic::test {
 
-/// Stands in for PX4's bridge, in a library with an own generated class for sensor_msgs.msgs.SITLGps: it
-/// subscribes by that class. For dlopen() and dlsym("px4_stand_in"), so that the class comes into the process
-/// when a test wants it.
+/// A mock of PX4's bridge, in a library with its own generated class for sensor_msgs.msgs.SITLGps, with which
+/// it subscribes. For dlopen() and dlsym("px4_stand_in"), so that a test chooses when the class is loaded.
 struct Px4StandIn {
   void (*subscribe)(const char* topic);
   void (*unsubscribe)();
-  /// Messages that came as objects of the class, and those that did not (PX4's bridge would have crashed).
+  /// Messages received as objects of the class, and other messages (which would crash PX4's bridge).
   int (*received)();
   int (*foreign)();
-  /// Writes the last message as protobuf's text format; returns its length, cut at `size` - 1.
+  /// Writes the last message as protobuf's text format; returns its length, truncated at `size` - 1.
   int (*last)(char* text, int size);
 };
 

@@ -22,7 +22,7 @@
 namespace canyon::drawing {
 namespace {
 
-/// Where satellites stood at one epoch.
+/// Directions of satellites at one epoch.
 struct Snapshot {
   geodesy::GpsTime time;
   Eigen::Vector3d antenna_enu = Eigen::Vector3d::Zero();
@@ -46,8 +46,8 @@ bool is_worse(const TimelinePoint& a, const TimelinePoint& b) {
   return !std::isnan(b.error_m) && !(a.error_m <= b.error_m);
 }
 
-/// Evenly spaced epochs of a run of unknown length, at most kMost: when there are too many, of each two one
-/// is kept, the worse one or the first, and from then on half as many are taken.
+/// Evenly spaced epochs of a run of unknown length, at most kMost: if there are too many, one of each two is
+/// kept, the worse or the first, and the sampling rate is halved.
 template <typename Each, std::size_t kMost>
 class Thinned {
  public:
@@ -76,7 +76,7 @@ class Thinned {
   std::size_t stride_ = 1;
 };
 
-/// The end of a subtitle that names the first four faults.
+/// The end of a subtitle with the names of the first four faults.
 std::string faults_text(const std::vector<std::string>& faults) {
   if (faults.empty()) return {};
   constexpr std::size_t kMost = 4;
@@ -92,7 +92,7 @@ double tenths(double value) {
   return std::round(value * 10) / 10 + 0.0;
 }
 
-/// Mean C/N0 of an epoch's measurements; NaN where there are none.
+/// Mean C/N0 of an epoch's measurements; NaN if there are none.
 struct Strength {
   double los_dbhz = 0, nlos_dbhz = 0;
 };
@@ -113,7 +113,7 @@ class Pictures final : public simulation::EpochSink {
   Pictures(const simulation::Simulation& simulation, const std::filesystem::path& folder,
            std::size_t receiver, const std::atomic<bool>* stop)
       : simulation_(simulation), receiver_(receiver), stop_(stop) {
-    // All names are taken now, so that a folder that cannot be written to is found before the run.
+    // Reserves all names now, to detect a folder that cannot be written to before the run.
     for (const char* name : {"track", "skyplot", "timeline"}) {
       files_.emplace_back(folder / fmt::format("{}.png", name));
       files_.emplace_back(folder / fmt::format("{}.svg", name));
@@ -300,7 +300,7 @@ std::size_t shown(const CorrelationSeries& series) {
   double largest = -1;
   for (std::size_t i = 0; i < series.instants.size(); ++i) {
     const double detour = std::abs(series.instants[i].measured_m);
-    if (!(detour > largest)) continue;  // false of NaN
+    if (!(detour > largest)) continue;  // false for NaN
     largest = detour;
     best = i;
   }
@@ -320,7 +320,7 @@ Colour path_colour(propagation::PathKind kind) {
   }
 }
 
-/// A scale that ends where the values do.
+/// A scale that ends at the extreme values.
 Scale scale_of(double low, double high) {
   Scale scale;
   scale.low = low;

@@ -34,11 +34,11 @@ class Pixels : public test::PngPixels {
  public:
   using PngPixels::PngPixels;
 
-  /// 0xRRGGBB at a place in the picture's units.
+  /// 0xRRGGBB at a point in the picture's units.
   [[nodiscard]] std::uint32_t at(const Point& p) const {
     return pixel(static_cast<int>(2 * p.x), static_cast<int>(2 * p.y));
   }
-  /// Whether a colour lies within `reach` units of a place.
+  /// Whether a colour occurs within `reach` units of a point.
   [[nodiscard]] bool has_near(const Point& p, double reach, const Colour& colour) const {
     const int r = static_cast<int>(2 * reach);
     for (int y = -r; y <= r; ++y) {
@@ -68,7 +68,7 @@ TEST(MapExtent, OneFarFixOfManyDoesNotCount) {
   points[50].fix = Eigen::Vector2d(5000, 60);
   points[50].error_m = 4950;
   EXPECT_LT(map_extent(points).max.x(), 150);
-  // Wild fixes do not either, however many they are.
+  // Any number of outliers does not either.
   for (auto& p : points) {
     p.fix = Eigen::Vector2d(90000, 0);
     p.error_m = 90000;
@@ -110,7 +110,7 @@ class TrackPictureTest : public ::testing::Test {
     drawing_.without_fix = 20;
     for (int i = 0; i < 21; ++i) drawing_.error_m.add(2);
   }
-  /// The place of a point on the page: the map's frame is 860 units high, its upper left corner at (76, 78).
+  /// The page position of a point: the map's frame is 860 units high, its upper left corner at (76, 78).
   [[nodiscard]] Point page(double east, double north) const {
     return map_point({76, 78, 860, 860}, map_extent(drawing_.points), {east, north});
   }
@@ -172,7 +172,7 @@ SkyMask eastern_half_hidden() {
   return mask;
 }
 
-// Centre (410, 456), radius 340: azimuth is counted from the top, clockwise.
+// Centre (410, 456), radius 340: azimuth is from the top, clockwise.
 TEST(SkyPicture, NorthUpEastRight) {
   using propagation::Visibility;
   SkyDrawing drawing;
@@ -371,7 +371,7 @@ TEST(Pictures, NoEpochNoPicture) {
   EXPECT_TRUE(files_in(folder.path()).empty());
 }
 
-// The run has more epochs than snapshots are kept of; other receivers' epochs are passed over.
+// The run has more epochs than stored snapshots; other receivers' epochs are ignored.
 TEST(Pictures, LongRun) {
   const test::TemporaryFolder folder;
   const simulation::Simulation town = small_town();

@@ -12,7 +12,8 @@ namespace {
 using geodesy::kPi;
 using geodesy::radians;
 
-// Azimuth 90, elevation 45: half way out (equidistant), tan(22.5 deg) = sqrt(2) - 1 out (stereographic).
+// Azimuth 90, elevation 45: at half the radius (equidistant), at tan(22.5 deg) = sqrt(2) - 1 of it
+// (stereographic).
 TEST(SkyLens, EastIsRightOnAMapAndLeftLookingUp) {
   SkyLens lens{{100, 200}, 80, SkyProjection::Equidistant, false};
   Point p = lens.point(radians(90), radians(45));
@@ -25,7 +26,7 @@ TEST(SkyLens, EastIsRightOnAMapAndLeftLookingUp) {
   lens.projection = SkyProjection::Stereographic;
   p = lens.point(radians(90), radians(45));
   EXPECT_NEAR(p.x, 100 - 80 * (std::sqrt(2) - 1), 1e-12);
-  // North is up and south is down either way.
+  // North is up and south is down in both views.
   EXPECT_NEAR(lens.point(0, 0).y, 120, 1e-12);
   EXPECT_NEAR(lens.point(kPi, 0).y, 280, 1e-12);
 }
@@ -43,7 +44,7 @@ TEST(SkyLens, ZenithInTheMiddleHorizonOnTheRim) {
   }
 }
 
-// A small square on the sky near the horizon stays one in the stereographic projection: |dr| / (r dA) is
+// A small square on the sky near the horizon stays square in the stereographic projection: |dr| / (r dA) is
 // 1 / sin z there, the square's own proportion; equidistant stretches it along the rim by z / sin z.
 TEST(SkyLens, StereographicKeepsSmallShapes) {
   const double z = radians(80), step = 1e-5;

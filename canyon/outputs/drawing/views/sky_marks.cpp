@@ -26,7 +26,7 @@ void draw_sky_mask(Canvas& canvas, const SkyLens& lens, const SkyMask& mask) {
   std::vector<std::vector<Point>> rings;
   const double step = 2 * geodesy::kPi / static_cast<double>(std::max<std::size_t>(1, mask.azimuths.size()));
   for (std::size_t a = 0; a < mask.azimuths.size(); ++a) {
-    // A hair wider than the sector, so that neighbours leave no seam.
+    // Slightly wider than the sector, to leave no seam to its neighbours.
     const double from = (static_cast<double>(a) - 0.02) * step;
     const double to = (static_cast<double>(a) + 1.02) * step;
     for (const SkyMask::Stretch& s : mask.azimuths[a]) {

@@ -14,12 +14,12 @@ namespace canyon::drawing {
 
 inline constexpr Colour kSkySilhouette = rgb(0xC9CCD1);
 
-/// Fills the parts of the sky that surroundings hide.
+/// Fills the parts of the sky that the surroundings hide.
 void draw_sky_mask(Canvas& canvas, const SkyLens& lens, const SkyMask& mask);
 /// Horizon, circles of elevation, lines of azimuth with their names beyond the rim; the elevation mask [rad]
 /// as a dashed circle unless 0.
 void draw_sky_grid(Canvas& canvas, const SkyLens& lens, double elevation_mask_rad);
-/// Middle of the letters or figures beyond the rim, where that azimuth is.
+/// Centre of the label of an azimuth, outside the rim.
 [[nodiscard]] Point sky_rim_label(const SkyLens& lens, int azimuth_deg);
 
 /// LOS disc, LOS with multipath ringed disc, NLOS triangle, blocked cross.
@@ -28,15 +28,15 @@ void draw_satellite_mark(Canvas& canvas, const Point& at, propagation::Visibilit
 /// around an edge, a small pale disc for a scattered one.
 void draw_reflection_mark(Canvas& canvas, const Point& at, propagation::Visibility visibility,
                           propagation::PathKind kind);
-/// Pieces of one visibility each. `cased`: with a pale rim, for ground that is not plain.
+/// Pieces with one visibility each. `cased`: with a pale rim, for a background that is not plain.
 void draw_trail(Canvas& canvas, const SkyLens& lens, const std::vector<SkyPoint>& trail, bool cased);
 
-/// Where a text stands clear of marks and of texts placed before: right, left, above or below its mark.
+/// Finds positions of texts that overlap no marks and no earlier texts: right, left, above or below the mark.
 class SkyLabels {
  public:
-  /// Keeps the surroundings of a mark free. Returns its number.
+  /// Reserves the area around a mark. Returns its number.
   std::size_t add_mark(const Point& at, double half_size);
-  /// Draws `text` beside the mark `own` at `at`.
+  /// Draws `text` next to the mark `own` at `at`.
   void draw(Canvas& canvas, const Point& at, std::size_t own, const std::string& text, TextStyle style);
 
  private:

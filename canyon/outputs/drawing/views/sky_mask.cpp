@@ -30,7 +30,7 @@ bool SkyMask::hidden(double azimuth_rad, double elevation_rad) const {
 
 double SkyMask::hidden_share() const {
   if (azimuths.empty()) return 0;
-  double hidden = 0;  // a band of the sphere has the area of its height: sin(high) - sin(low)
+  double hidden = 0;  // area of a band of the unit sphere is proportional to sin(high) - sin(low)
   for (const auto& stretches : azimuths)
     for (const Stretch& s : stretches) hidden += std::sin(s.high_rad) - std::sin(s.low_rad);
   return hidden / static_cast<double>(azimuths.size());
@@ -48,7 +48,7 @@ SkyMask make_sky_mask(const raytrace::RayScene& scene, const Eigen::Vector3d& an
       ray.direction = geodesy::enu_from_azimuth_elevation(azimuth, elevation_rad);
       return scene.occluded(ray);
     };
-    // The elevation between two others at which hidden turns to open, by bisection.
+    // The elevation between two others at which the sky changes from hidden to open, by bisection.
     const auto border = [&](double low, double high, bool hidden_at_low) {
       for (int i = 0; i < kBisections; ++i) {
         const double middle = 0.5 * (low + high);

@@ -22,7 +22,7 @@ TEST(SkyMask, OpenFieldHidesNothing) {
   EXPECT_FALSE(SkyMask{}.hidden(1, 0.1));
 }
 
-// A wall 10 m east, 20 m to both sides, 12 m above the antenna: towards azimuth a it stands 10 / sin a away,
+// A wall 10 m east, 20 m to both sides, 12 m above the antenna: towards azimuth a it is 10 / sin a away,
 // its upper edge at the elevation whose tangent is 12 sin a / 10, from atan(10 / 20) before to after east.
 TEST(SkyMask, WallInTheEast) {
   city::Mesh mesh;

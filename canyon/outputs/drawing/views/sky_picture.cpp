@@ -28,7 +28,7 @@ constexpr Point kCentre{410, 456};
 constexpr double kSkyWidth = 990;
 constexpr double kSkyHeight = 836;
 
-/// Says on the picture itself how it differs from a map.
+/// Notes on the picture how it differs from a map.
 void draw_fisheye_notes(Canvas& canvas, const Point& at) {
   canvas.text(at, fmt::format("lines on walls: every {:g} m", kWallLines_m),
               {.size = 12, .level = TextLevel::Middle});
@@ -39,7 +39,7 @@ void draw_fisheye_notes(Canvas& canvas, const Point& at) {
   canvas.text({at.x, at.y + 96}, "west is RIGHT", {.size = 12, .level = TextLevel::Middle});
 }
 
-/// Writes across the disc why nothing is received.
+/// Writes the reason for no reception across the disc.
 void draw_placement(Canvas& canvas, raytrace::Placement placement) {
   if (placement == raytrace::Placement::Free) return;
   const std::string text = fmt::format(
@@ -78,7 +78,7 @@ void draw_legend(Canvas& canvas, const SkyDrawing& drawing, bool fisheye) {
     y += 25;
   }
   if (fisheye) {
-    // Reflections always stand in the legend, other ways where there are any.
+    // Reflections are always in the legend, other kinds of path only if present.
     for (const auto& [kind, text] : {std::pair{PathKind::Diffuse, "scattered by a facade"},
                                      {PathKind::Diffracted, "bent around an edge"},
                                      {PathKind::Reflected, "arrives by reflection"}}) {
@@ -137,7 +137,7 @@ void draw_reflections(Canvas& canvas, const SkyLens& lens, const SkyDrawing& dra
       for (const SkyReflection& r : s.reflections) {
         if (!(r.elevation_rad >= 0)) continue;
         const Point at = lens.point(r.azimuth_rad, r.elevation_rad);
-        const bool diffuse = r.kind == PathKind::Diffuse;  // one of many ways: paler, and not named
+        const bool diffuse = r.kind == PathKind::Diffuse;  // one of many paths: paler, without a name
         if (lines) {
           canvas.polyline({from, at}, {kPaper.with_alpha(diffuse ? 0.2 : 0.5), 2.6});
           canvas.polyline({from, at},
@@ -230,7 +230,7 @@ std::string draw_sky(const SkyDrawing& drawing, const SkySheet& sheet) {
 std::string draw_fisheye(const SkyDrawing& drawing, const SkySurroundings& surroundings,
                          const SkySheet& sheet) {
   sheet.validate();
-  // The image covers whole pixels, so that it goes into the picture as it is.
+  // The image covers whole pixels, so that it is drawn without scaling.
   const double scale = sheet.width_px / kSkyWidth;
   const double left = std::floor((kCentre.x - kRadius) * scale),
                top = std::floor((kCentre.y - kRadius) * scale);

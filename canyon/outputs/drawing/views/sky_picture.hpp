@@ -15,18 +15,18 @@
 
 namespace canyon::drawing {
 
-/// A direction and what arrived from there.
+/// A direction and the visibility of the signal from it.
 struct SkyPoint {
   double azimuth_rad = 0;    ///< from north, clockwise
   double elevation_rad = 0;  ///< >= 0
   propagation::Visibility visibility = propagation::Visibility::Blocked;
 };
 
-/// The direction from which a signal arrives that does not come straight.
+/// The direction of arrival of an indirect signal.
 struct SkyReflection {
-  double azimuth_rad = 0;    ///< from north, clockwise
-  double elevation_rad = 0;  ///< below 0 (off the ground) it is not drawn
-  double excess_m = 0;       ///< longer than the straight line by this much
+  double azimuth_rad = 0;                                         ///< from north, clockwise
+  double elevation_rad = 0;                                       ///< not drawn below 0 (ground reflection)
+  double excess_m = 0;                                            ///< path length minus the straight line
   propagation::PathKind kind = propagation::PathKind::Reflected;  ///< any but Direct
 };
 
@@ -34,7 +34,7 @@ struct SkySatellite {
   std::string name;  ///< "G05"
   SkyPoint now;
   bool used = false;  ///< in the fix
-  /// The track over the run: one piece for each stretch above the horizon, in order of time; may be empty.
+  /// The track over the run: one piece for each interval above the horizon, in order of time; may be empty.
   std::vector<std::vector<SkyPoint>> trails;
   std::vector<SkyReflection> reflections = {};  ///< drawn by draw_fisheye() only
 };
@@ -46,15 +46,15 @@ struct SkyDrawing {
   SkyMask mask;                          ///< may be empty
   double elevation_mask_rad = 0;
   SkyProjection projection = SkyProjection::Equidistant;
-  bool has_fix = true;  ///< else `used` has no meaning, and the legend leaves it out
+  bool has_fix = true;  ///< if false, `used` has no meaning and is not in the legend
   std::string trail_meaning = "way over the run";  ///< for the legend
-  /// Where the antenna is; unless it is free, a note on the picture says why nothing is received.
+  /// Unless the antenna is free, a note on the picture gives the reason why nothing is received.
   raytrace::Placement placement = raytrace::Placement::Free;
 };
 
-/// The sky over one place, seen as on a map: zenith in the middle, north up, east to the right, elevation
-/// falling towards the horizon by the drawing's projection. Satellites differ by shape and colour:
-/// LOS disc, LOS with multipath ringed disc, NLOS triangle, blocked cross; names of those in the fix are
+/// The sky over one point, seen as on a map: zenith in the middle, north up, east to the right, elevation
+/// decreasing towards the horizon by the drawing's projection. Satellites differ by shape and colour: LOS
+/// disc, LOS with multipath ringed disc, NLOS triangle, blocked cross; names of satellites in the fix are
 /// bold.
 [[nodiscard]] Picture draw_sky(const SkyDrawing& drawing);
 
@@ -63,8 +63,8 @@ enum class PictureFormat : std::uint8_t { Png, Svg };
 /// Format and size of a sky picture's file.
 struct SkySheet {
   PictureFormat format = PictureFormat::Png;
-  /// Pixels across a PNG, [200, 4000]; kSkySheetAspect of it high. An SVG is always of the same size, and its
-  /// pixels (draw_fisheye) are as fine as those of a PNG of this width.
+  /// Pixels across a PNG, [200, 4000]; the height is kSkySheetAspect times the width. An SVG always has the
+  /// same size; its pixels (draw_fisheye) are those of a PNG of this width.
   int width_px = 1980;
   /// Throws InputError naming the field and its bound.
   void validate() const;
@@ -74,25 +74,24 @@ void visit(options::Visitor& v, SkySheet& o);
 /// Height over width of a sky picture; 990 x 836 and 1980 x 1672 are whole.
 inline constexpr double kSkySheetAspect = 836.0 / 990.0;
 
-/// draw_sky() as one file; bytes of it. Throws InputError for a sheet that does not validate().
+/// draw_sky() as one file; returns its bytes. Throws InputError for a sheet that does not validate().
 [[nodiscard]] std::string draw_sky(const SkyDrawing& drawing, const SkySheet& sheet);
 
-/// The surroundings of a place, for render_sky(); no pointer may be null.
+/// The surroundings of an antenna, for render_sky(); no pointer may be null.
 struct SkySurroundings {
   const raytrace::RayScene* scene = nullptr;
   const city::Mesh* mesh = nullptr;
   Eigen::Vector3d antenna_enu = Eigen::Vector3d::Zero();
 };
 
-/// The same sky as an upward fish-eye camera sees it (render_sky()): north up and east to the LEFT, which the
-/// legend says. Beside the satellites the directions from which other signals than the direct one arrive are
-/// marked, joined to their satellite: diamonds for reflected ones, squares for those bent around edges, both
-/// with the excess path beside them; small pale discs for scattered ones. Bytes of the file. Throws
-/// InputError for a sheet that does not validate().
+/// The sky in the view of an upward fish-eye camera (render_sky()): north up and east to the LEFT, as noted
+/// in the legend. Directions of arrival of indirect signals are also marked and joined to their satellite:
+/// diamonds for reflected, squares for diffracted signals, both with their excess path; small pale discs for
+/// scattered signals. Returns the bytes of the file. Throws InputError for a sheet that does not validate().
 [[nodiscard]] std::string draw_fisheye(const SkyDrawing& drawing, const SkySurroundings& surroundings,
                                        const SkySheet& sheet);
 
-/// Where both kinds of picture have their disc, in the units of a sheet 990 wide.
+/// The disc of both kinds of picture, in units of a sheet 990 wide.
 [[nodiscard]] SkyLens sky_sheet_lens(SkyProjection projection, bool looking_up);
 
 }  // namespace canyon::drawing

@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Linear light by colour; may be above 1 until it is made a pixel.
+/// Linear light by colour; may exceed 1 until converted to a pixel.
 struct Light {
   float r = 0, g = 0, b = 0;
 
@@ -34,7 +34,7 @@ Light operator*(const Light& l, double s) {
   return {l.r * f, l.g * f, l.b * f};
 }
 
-/// The mean of two lights with the weights 1 - t and t, t in [0, 1].
+/// The mean of two colours with the weights 1 - t and t, t in [0, 1].
 Light mix(const Light& from, const Light& to, double t) {
   Light sum = from * (1 - t);
   sum += to * t;
@@ -59,8 +59,8 @@ std::uint32_t pixel_of(const Light& l) {
   return encode(l.r) << 16U | encode(l.g) << 8U | encode(l.b);
 }
 
-/// Sub-pixel places, one in each row and column of an 8 x 8 lattice (n-rooks): near-level edges come out as
-/// smooth as near-upright ones.
+/// Sub-pixel sample points, one in each row and column of an 8 x 8 grid (n-rooks): near-horizontal edges are
+/// as smooth as near-vertical ones.
 constexpr std::array<std::array<double, 2>, 8> kRooks{{{0.0625, 0.4375},
                                                        {0.1875, 0.8125},
                                                        {0.3125, 0.1875},
@@ -77,7 +77,7 @@ void for_rows(int rows, const std::function<void(int)>& work) {
   });
 }
 
-/// The object that each triangle belongs to.
+/// The object of each triangle.
 std::vector<std::uint32_t> objects_by_triangle(const city::Mesh& mesh) {
   std::vector<std::uint32_t> objects(mesh.triangles.size());
   for (std::size_t i = 0; i < mesh.objects.size(); ++i) {
@@ -88,11 +88,11 @@ std::vector<std::uint32_t> objects_by_triangle(const city::Mesh& mesh) {
 }
 
 constexpr std::uint32_t kNothing = 0xFFFFFFFFU;
-/// Distance over which surfaces fade, their largest fading, and height over which streets lighten upwards.
+/// Distance over which surfaces fade, maximum fading, and height over which streets become lighter upwards.
 constexpr double kHaze_m = 450, kMostHaze = 0.6, kStreetDepth_m = 14;
 /// Darkening of a wall's line, and of the edge between two surfaces.
 constexpr double kLineInk = 0.22, kSkyEdgeInk = 0.16;
-/// Lines fade where a pixel is as tall as this share of their spacing.
+/// Lines fade if a pixel covers this fraction of their spacing.
 constexpr double kFinestLines = 0.2;
 
 struct Palette {
@@ -102,7 +102,8 @@ struct Palette {
   Light ground = linear(rgb(0xA9A48F)), foliage = linear(rgb(0x86AE72)), vehicle = linear(rgb(0x5B6672));
 };
 
-/// The surface that a ray met, in enough detail to distinguish neighbours. Floats, since each pixel has one.
+/// The surface hit by a ray, in enough detail to distinguish neighbours. Floats to save memory, since each
+/// pixel has one.
 struct Sample {
   Light light;
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();
@@ -116,7 +117,7 @@ class Renderer {
            const SkyLens& lens)
       : scene_(scene), mesh_(mesh), antenna_(antenna), lens_(lens), object_of_(objects_by_triangle(mesh)) {}
 
-  /// Share of a pixel that lies in the disc, given by its middle.
+  /// Fraction of a pixel in the disc, by the pixel's centre.
   [[nodiscard]] double coverage(double x, double y) const {
     return std::clamp(lens_.radius - std::hypot(x - lens_.centre.x, y - lens_.centre.y) + 0.5, 0.0, 1.0);
   }
@@ -140,7 +141,7 @@ class Renderer {
     sample.height_m = static_cast<float>(height_m);
     sample.object = hit->instance == 0 ? object_of_[hit->triangle]
                                        : static_cast<std::uint32_t>(mesh_.objects.size()) + hit->instance;
-    // Wrapped: faces turned away from the light still differ by how far they are turned.
+    // Wrapped lighting: faces turned away from the light still differ by their angle.
     const double lit = std::pow(0.5 + 0.5 * normal.dot(to_light_), 1.3);
     const double depth = 0.64 + 0.36 * (1 - std::exp(-std::max(0.0, height_m) / kStreetDepth_m));
     const double haze = kMostHaze * (1 - std::exp(-hit->range_m / kHaze_m));
@@ -154,7 +155,7 @@ class Renderer {
   }
 
  private:
-  /// Pixels on the rim whose middle is outside look along the horizon.
+  /// Pixels on the rim with their centre outside use directions along the horizon.
   [[nodiscard]] geodesy::AzimuthElevation on_disc(double x, double y) const {
     if (const auto direction = lens_.direction({x, y})) return *direction;
     const double dx = lens_.looking_up ? lens_.centre.x - x : x - lens_.centre.x;
@@ -224,7 +225,7 @@ RgbImage render_sky(const raytrace::RayScene& scene, const city::Mesh& mesh, con
       const Sample& above = first[y > 0 ? i - w : i];
       const Sample& below = first[y + 1 < height ? i + w : i];
       Light light = here.light;
-      // Neighbours beyond the rim hold nothing; the rim's own line hides that.
+      // Neighbours outside the rim are empty; the rim's line covers this.
       if (differ(here, left) || differ(here, right) || differ(here, above) || differ(here, below)) {
         light = {};
         for (const auto& [dx, dy] : kRooks)

@@ -21,7 +21,7 @@ namespace {
 
 using geodesy::GpsTime;
 
-/// Sectors of the silhouette: at 1440 one is 1.5 units wide on the rim.
+/// Sectors of the silhouette: with 1440, a sector is 1.5 units wide on the rim.
 constexpr int kSectors = 1440;
 /// A track has a point each minute, and within these bounds.
 constexpr double kTrailStep_s = 60;
@@ -47,7 +47,7 @@ SkyPoint point_of(const propagation::SatelliteView& view) {
   return {view.line.azimuth_rad, view.line.elevation_rad, view.paths.visibility};
 }
 
-/// Arrivals with the visibilities that a receiver finds; in order of time.
+/// Arrivals with the visibilities for a receiver; in order of time.
 class Listener {
  public:
   Listener(const simulation::Environment& environment, const receiver::ReceiverOptions* options)
@@ -81,7 +81,7 @@ class Listener {
   std::optional<receiver::Receiver> receiver_;
 };
 
-/// Trails of each satellite, one piece for each stretch above the horizon. `now` gets the arrival at `time`.
+/// Trails of each satellite, one piece for each interval above the horizon. `now` gets the arrival at `time`.
 std::map<gnss::SatelliteId, std::vector<std::vector<SkyPoint>>> trails(
     Listener& listener, const propagation::Propagator& propagator, GpsTime time,
     const Eigen::Vector3d& antenna_enu, double trail_s, propagation::Arrival& now) {
@@ -112,10 +112,10 @@ void visit(options::Visitor& v, SkyplotOptions& o) {
   static constexpr std::string_view kStyles[]{"sky", "fisheye"};
   static constexpr std::string_view kProjections[]{"equidistant", "stereographic"};
   v.choice({"style", "", "sky (a map) or fisheye (a camera)"}, o.style, kStyles);
-  v.choice({"projection", "", "equidistant (even elevations) or stereographic (true shapes)"}, o.projection,
+  v.choice({"projection", "", "equidistant (linear in elevation) or stereographic (conformal)"}, o.projection,
            kProjections);
   v.part("sheet", o.sheet);
-  v.number({"trail_s", "s", "length of the tracks before this instant, as received at this place"}, o.trail_s,
+  v.number({"trail_s", "s", "length of the tracks before this instant, as received at this point"}, o.trail_s,
            {0, kLongestTrail_s});
   v.angle({"elevation_mask_deg", "deg", "drawn only"}, o.elevation_mask_rad, {0, 90, false, true});
   v.text({"receiver", "", "for the title"}, o.receiver);
@@ -156,7 +156,7 @@ SkyDrawing make_sky_drawing(const simulation::Environment& environment,
       satellite.trails = std::move(found->second);
     for (const propagation::Path& path : view.paths.paths) {
       if (path.kind == propagation::PathKind::Direct || !view.paths.received()) continue;
-      // The wave of an edge beside a clear path comes from the same direction as that path.
+      // A diffracted wave at the edge of a clear path arrives from the same direction as the path.
       const bool clear = view.paths.visibility != propagation::Visibility::NLOS;
       if (path.kind == propagation::PathKind::Diffracted && clear) continue;
       const geodesy::AzimuthElevation from = geodesy::azimuth_elevation_from_enu(path.arrival);

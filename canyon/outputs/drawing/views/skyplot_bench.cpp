@@ -12,8 +12,8 @@
 #include "canyon/sky/orbit/nominal_constellation.hpp"
 #include "tests/support/bench_city.hpp"
 
-// A frame of the sky, PNG included, on one thread, at places in turn along the drive through Tsim Sha Tsui
-// where the shared data are, else along the synthetic city's streets; nominal satellites of all systems. A
+// A frame of the sky, PNG included, on one thread, at successive points along the drive through Tsim Sha Tsui
+// if the shared data exist, else along the synthetic city's streets; nominal satellites of all systems. A
 // sheet of 1165 pixels has a disc of 800 x 800.
 
 namespace canyon::drawing {

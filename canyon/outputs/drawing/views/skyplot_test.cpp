@@ -35,7 +35,7 @@ using ::testing::HasSubstr;
 const geodesy::Geodetic kOrigin = geodesy::Geodetic::from_degrees(22.3, 114.17, 0);
 const Vector3d kAntenna(0, 0, 2);
 
-/// A sheet of a pixel to the unit.
+/// A sheet with one pixel per unit.
 class Pixels : public test::PngPixels {
  public:
   using PngPixels::PngPixels;
@@ -52,7 +52,7 @@ class Pixels : public test::PngPixels {
   }
 };
 
-/// Open sky is bluer than it is red by far, walls are not.
+/// Open sky is much bluer than red, walls are not.
 bool is_sky(std::uint32_t pixel) {
   return static_cast<int>(pixel & 0xFFU) - static_cast<int>(pixel >> 16U) > 8 && (pixel & 0xFFU) > 200;
 }
@@ -102,7 +102,8 @@ TEST_F(SkyplotTest, DrawingHoldsWhatArrives) {
   EXPECT_EQ(drawing.satellites[0].now.visibility, Visibility::Blocked);
   EXPECT_EQ(drawing.satellites[1].now.visibility, Visibility::LOSMultipath);
   EXPECT_EQ(drawing.satellites[2].now.visibility, Visibility::LOS);
-  // It comes off a wall in the plane x = 10: same elevation, from the east; longer by 2 h cos(elevation).
+  // It is reflected by a wall in the plane x = 10: same elevation, from the east; longer by 2 h
+  // cos(elevation).
   ASSERT_EQ(drawing.satellites[1].reflections.size(), 1U);
   EXPECT_NEAR(degrees(drawing.satellites[1].reflections[0].azimuth_rad), 90, 1e-6);
   EXPECT_NEAR(degrees(drawing.satellites[1].reflections[0].elevation_rad), 40, 1e-6);
@@ -117,8 +118,8 @@ TEST_F(SkyplotTest, DrawingHoldsWhatArrives) {
 }
 
 // The wall's edge is 1.4 m above the straight line and 15.6 m away: nu = 1.16, 15 dB (ITU-R P.526, equation
-// 31) below a direct signal's 49 dB-Hz. A receiver that needs 45 has nothing of it, and nothing is drawn; not
-// now, nor of the minute before.
+// 31) below a direct signal's 49 dB-Hz. A receiver that needs 45 does not receive it, and nothing is drawn,
+// neither now nor for the previous minute.
 TEST_F(SkyplotTest, ReceiversAreBlockedWhereNothingStrongEnoughArrives) {
   propagation::PropagationOptions edges;
   edges.diffraction = true;
@@ -143,7 +144,7 @@ TEST_F(SkyplotTest, ReceiversAreBlockedWhereNothingStrongEnoughArrives) {
   EXPECT_EQ(drawing.satellites[2].now.visibility, Visibility::LOS);
 }
 
-// Both styles, both projections: where the wall's upper edge lies, towards azimuth a at the elevation whose
+// Both styles, both projections: the wall's upper edge is, towards azimuth a, at the elevation whose
 // tangent is 12 sin(a) / 10, up to its ends at tan a = 60 / 10; the open west on the other side.
 TEST_F(SkyplotTest, SilhouetteOfAWall) {
   for (const SkyStyle style : {SkyStyle::Chart, SkyStyle::Fisheye}) {
@@ -200,7 +201,7 @@ TEST_F(SkyplotTest, MarksStandWhereTheClosedFormSays) {
   EXPECT_TRUE(stereographic.has_near({410 - 340 * (std::sqrt(2) - 1), 456}, 1, kInk));
 }
 
-// Each kind of way has its own mark at the direction of arrival; scattered ones have no label.
+// Each kind of path has its own mark at the direction of arrival; scattered ones have no label.
 TEST_F(SkyplotTest, MarksOfEveryKindOfPath) {
   using propagation::PathKind;
   SkyDrawing drawing;
@@ -294,7 +295,8 @@ TEST_F(SkyplotTest, BadInput) {
   EXPECT_THROW((void)draw_sky(SkyDrawing{}, SkySheet{PictureFormat::Png, 0}), InputError);
 }
 
-// Every direction of a picture that looks up is that of the ray cast there: a thin mast in the north-west.
+// Each direction in the picture of an upward camera equals that of the ray cast there: a thin mast in the
+// north-west.
 TEST(SkyRender, AMastStandsAtItsAzimuth) {
   city::Mesh mesh;
   canyon::test::append_box(mesh, "mast", city::Surface::Building, city::Material::Metal, {-21, 20, 0},
@@ -336,7 +338,8 @@ TEST(SkyRender, MovingThingsAreSeen) {
   EXPECT_TRUE(is_wall(east()));
 }
 
-// Tracks lead up to where satellites are now, over the time asked for, broken where they were down.
+// Tracks lead up to where satellites are now, over the requested time, interrupted while they were below the
+// horizon.
 TEST(SkyplotTrails, OfTheLastMinutes) {
   city::City city;
   city.frame = geodesy::LocalFrame(kOrigin);

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kTimelineWidth = 1200;
 constexpr double kTimelineHeight = 800;
-constexpr double kStrengthHeight = 170;  // more, with C/N0
+constexpr double kStrengthHeight = 170;  // additional height with C/N0
 constexpr double kPlotLeft = 84;
 constexpr double kPlotWidth = 940;
 constexpr double kFaultRow = 18;
@@ -58,7 +58,7 @@ class Timeline {
     draw_faults(canvas, {error, satellites, hdop});
   }
 
-  /// Height of the rows of faults, which lie above everything else.
+  /// Height of the rows of faults at the top of the picture.
   [[nodiscard]] static double faults_height(const TimelineDrawing& drawing) {
     if (drawing.faults.empty()) return 0;
     return kFaultRow * static_cast<double>(std::min(drawing.faults.size(), kMostFaultRows)) + 12;
@@ -78,7 +78,7 @@ class Timeline {
     return middle_s > 0 ? middle_s : 1;
   }
 
-  /// Each epoch stands for the interval about it.
+  /// Each epoch represents the interval around it.
   [[nodiscard]] double x_at(const Rect& area, double t_s) const {
     return area.x + area.width * (t_s + 0.5 * step_s_) / (length_s_ + step_s_);
   }
@@ -207,7 +207,7 @@ class Timeline {
     });
   }
 
-  /// Smallest to largest value of each column of one unit.
+  /// Smallest and largest value of each column, one unit wide.
   void draw_columns(Canvas& canvas, const Rect& area, const Series& series,
                     const std::function<double(double)>& y_at) const {
     const auto columns = static_cast<std::size_t>(area.width);
@@ -239,8 +239,8 @@ class Timeline {
     for (const double tick : linear_ticks(0, scale.high, 5))
       if (tick == std::floor(tick)) scale.ticks.push_back(tick);
     const auto layer = [&](const Colour& colour, const std::function<int(const TimelinePoint&)>& top_of) {
-      // Steps: each epoch's count over its interval. Many epochs: the least of each column, so that no dip is
-      // lost.
+      // Steps: each epoch's count over its interval. Many epochs: the minimum of each column, to show every
+      // dip.
       std::vector<Point> outline{{area.x, area.bottom()}};
       double last_x = area.x;
       for (std::size_t i = 0; i < points_.size();) {
@@ -289,7 +289,7 @@ class Timeline {
                 {.size = 12, .align = Align::Centre, .level = TextLevel::Top});
   }
 
-  /// Draws a label beside an area, at this distance below its upper edge.
+  /// Draws a label next to an area, at this distance below its upper edge.
   static void draw_swatch(Canvas& canvas, const Rect& area, double below, const Colour& colour,
                           const std::string& label) {
     const double x = area.right() + 22, y = area.y + below;

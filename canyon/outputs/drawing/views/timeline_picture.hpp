@@ -20,12 +20,12 @@ struct TimelinePoint {
   int used = 0;                                                  ///< in the fix
   int visible = 0;                                               ///< tracked, above the mask
   int blocked = 0;                                               ///< above the mask, not tracked
-  /// Mean C/N0 of the measurements [dB-Hz], of signals with a direct path and without; NaN: there are none.
+  /// Mean C/N0 of the measurements [dB-Hz], of signals with and without a direct path; NaN: no such signals.
   double cn0_los_dbhz = std::numeric_limits<double>::quiet_NaN();
   double cn0_nlos_dbhz = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// A fault of the run: the first and the last epoch of each stretch at which it was at work.
+/// A fault of the run: the first and the last epoch of each interval during which it was active.
 struct TimelineFault {
   std::string name;
   std::vector<std::pair<geodesy::GpsTime, geodesy::GpsTime>> stretches;
@@ -40,10 +40,10 @@ struct TimelineDrawing {
 
 inline constexpr std::size_t kMostFaultRows = 12;
 
-/// Faults by name, where there are any; below them horizontal and vertical error, satellites (used, tracked
-/// but unused, not tracked; stacked) and HDOP over UTC, and below them C/N0 where any point has one: then the
-/// picture is higher. Stretches without a fix are shaded. Runs of more epochs than fit are drawn column by
-/// column, from smallest to largest value.
+/// Faults by name, if there are any; below them horizontal and vertical error, satellites (used, tracked
+/// but unused, not tracked; stacked) and HDOP over UTC, and below them C/N0 if any point has one (which makes
+/// the picture higher). Intervals without a fix are shaded. If a run has more epochs than fit, each column
+/// shows the range from smallest to largest value.
 [[nodiscard]] Picture draw_timeline(const TimelineDrawing& drawing);
 
 }  // namespace canyon::drawing

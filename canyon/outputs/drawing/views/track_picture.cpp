@@ -24,7 +24,7 @@ constexpr double kLargestMapWidth = 1000;
 constexpr double kLargestMapHeight = 860;
 constexpr double kTrackLegendWidth = 206;
 constexpr double kDotRadius = 3.2;
-/// More dots are thinned to one for each cell of 1.5 units, the worst first.
+/// More dots are thinned to one per cell of 1.5 units; the worst is kept.
 constexpr std::size_t kManyDots = 5000;
 
 /// Roofs of one building at one height.
@@ -39,7 +39,7 @@ bool overlaps(const city::Box& extent, const Eigen::Vector3d& low, const Eigen::
          high.y() >= extent.min.y();
 }
 
-/// An edge of a roof in space, whichever way it is run along.
+/// An edge of a roof in space, independent of its direction.
 using RoofEdge = std::array<double, 6>;
 
 RoofEdge edge_between(const Eigen::Vector3d& p, const Eigen::Vector3d& q) {
@@ -48,9 +48,8 @@ RoofEdge edge_between(const Eigen::Vector3d& p, const Eigen::Vector3d& q) {
   return std::min(one, other);
 }
 
-/// Upward-facing triangles of one building, by height in whole metres: flat roofs stay together. Outlines are
-/// the edges in space that only one of the triangles has: eaves and steps, but not the ridges of a slanted
-/// roof.
+/// Upward-facing triangles of one building, by height in whole metres: flat roofs are one group. Outlines are
+/// the edges in space of only one triangle: eaves and steps, but not the ridges of a sloped roof.
 std::vector<Roof> roofs_of(const city::Mesh& mesh, const city::Object& object, const city::Box& extent) {
   std::map<long, Roof> levels;
   std::map<RoofEdge, std::pair<int, long>> edges;  // uses, level
@@ -90,7 +89,7 @@ std::vector<Roof> roofs_of(const city::Mesh& mesh, const city::Box& extent) {
   return roofs;
 }
 
-/// Roof colours: the difference between 10 m and 50 m says more than that between 210 m and 250 m.
+/// Roof colours: more contrast between 10 m and 50 m than between 210 m and 250 m.
 Colour roof_colour(double height_m, double highest_m) {
   return mix(kLowRoof, kHighRoof, std::sqrt(std::max(0.0, height_m) / std::max(highest_m, 1.0)));
 }
@@ -103,7 +102,7 @@ void draw_off_map_arrow(Canvas& canvas, const Rect& area, const Point& target, c
   const Point c = area.centre();
   const double dx = target.x - c.x;
   const double dy = target.y - c.y;
-  // The line goes from the centre towards the fix, up to the rim.
+  // The line is from the centre towards the fix, up to the rim.
   const double inset = 3;
   const double s = std::min(dx != 0 ? (0.5 * area.width - inset) / std::abs(dx) : 1e300,
                             dy != 0 ? (0.5 * area.height - inset) / std::abs(dy) : 1e300);
@@ -116,7 +115,7 @@ void draw_off_map_arrow(Canvas& canvas, const Rect& area, const Point& target, c
                   Stroke{kInk.with_alpha(0.75), 0.7});
 }
 
-/// A label beside the track's end that marks where the run begins or ends.
+/// A label at the track's end that marks the begin or end of the run.
 void draw_end_label(Canvas& canvas, const Rect& area, const Point& at, const std::string& word) {
   canvas.circle(at, 4.5, kInk, Stroke{kPaper, 1.5});
   const bool left = at.x > area.right() - 120;
@@ -202,7 +201,7 @@ class TrackMap {
   }
 
   void draw_fixes(Canvas& canvas) {
-    // Large errors lie on top, since readers look for them.
+    // Large errors are drawn on top, since they matter most.
     std::vector<const TrackPoint*> dots;
     for (const TrackPoint& p : drawing_.points)
       if (p.fix) dots.push_back(&p);
@@ -279,7 +278,7 @@ class TrackMap {
     }
   }
 
-  /// Three digits are plenty on a picture, and nothing below a millimetre means anything.
+  /// Three digits suffice in a picture, and values below 1 mm are not significant.
   static std::string length_label(double metres) {
     if (metres < 1e-3) return "below 1 mm";
     const double unit = std::pow(10, std::floor(std::log10(metres)) - 2);
@@ -314,7 +313,7 @@ city::Box map_extent(const std::vector<TrackPoint>& points) {
     if (p.fix && std::isfinite(p.error_m)) errors.push_back(p.error_m);
   }
   if (!errors.empty()) {
-    // Wild fixes must not shrink the track to a dot.
+    // Outliers must not shrink the track to a dot.
     const double farthest = std::min(*quantile(errors, 1 - kOffMapTail),
                                      std::max(kLeastReach_m, (box.max - box.min).head<2>().norm()));
     for (const TrackPoint& p : points)

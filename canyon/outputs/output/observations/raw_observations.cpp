@@ -8,7 +8,7 @@ RawEpoch RawObservations::next(const receiver::ReceiverEpoch& seen) {
   constexpr std::int64_t kMillisecond_ns = 1'000'000;
   const bool steered = tags_ == Tags::WholeMilliseconds;
   RawEpoch epoch{steered ? round_to(seen.receiver_time, kMillisecond_ns) : seen.receiver_time, {}};
-  // Taken from the exact reading: receiver_time has nanoseconds, which are 0.3 m.
+  // From the exact reading: receiver_time has nanoseconds (0.3 m).
   const double shift_s = steered ? (epoch.tag - seen.time) - seen.clock_bias_s : 0;
   const double drift = steered ? seen.clock_drift : 0;
   for (const receiver::SatelliteObservation& satellite : seen.satellites) {
@@ -32,7 +32,7 @@ RawEpoch RawObservations::next(const receiver::ReceiverEpoch& seen) {
       }
       epoch.observations.push_back(o);
     };
-    // Epochs that were made by hand may have no signal: the system's first.
+    // Manually made epochs may have no signal: uses the system's first.
     add(satellite,
         satellite.signal != nullptr ? *satellite.signal : gnss::signals_of(satellite.id.system).front());
     for (const receiver::SignalObservation& other : satellite.more) add(other, *other.signal);
@@ -55,7 +55,7 @@ DeviceEpoch DeviceEpochs::next(const simulation::Epoch& epoch) {
   constexpr std::int64_t kMillisecond = 1'000'000;
   const receiver::ReceiverEpoch& seen = epoch.observed;
   clock_ = seen.receiver_time;
-  // The time to the first fix counts from a restart, whatever caused it.
+  // The time to the first fix counts from a restart, for any cause.
   if (seen.events.restart && seen.events.restart->at != start_) {
     start_ = seen.events.restart->at;
     first_fix_.reset();
@@ -102,7 +102,7 @@ std::vector<broadcast::SentMessage> ReceivedMessages::received(const simulation:
     if (!s.measurement) continue;
     const GpsTime sent = epoch.observed.receiver_time - s.measurement->pseudorange_m / geodesy::kSpeedOfLight;
     const auto before = tracked_.find(s.id);
-    // A new epoch of the clock, or a host that began again.
+    // A jump of the clock, or a restarted host.
     const bool goes_on =
         before != tracked_.end() && sent > before->second.last && sent - before->second.last < kLongestGap_s;
     const Tracked now{goes_on ? before->second.since : sent, sent};

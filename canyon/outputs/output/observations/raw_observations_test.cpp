@@ -29,7 +29,7 @@ receiver::ReceiverEpoch drifting_epoch(geodesy::GpsTime begin, double elapsed_s,
   m.pseudorange_m = 22e6 + rate_mps * elapsed_s + kSpeedOfLight * seen.clock_bias_s;
   m.carrier_phase_cycles = m.pseudorange_m * m.carrier_frequency_hz / kSpeedOfLight;
   m.phase_since = begin;
-  // Doppler by the receiver's oscillator, as Receiver has it.
+  // Doppler with the receiver's oscillator, as in Receiver.
   m.doppler_hz = -m.carrier_frequency_hz / kSpeedOfLight * (rate_mps + kSpeedOfLight * drift) / (1 + drift);
   satellite.measurement = m;
   seen.satellites.push_back(satellite);
@@ -51,7 +51,7 @@ TEST_P(RatesOfPhases, AreTheNegativeDoppler) {
       const RawObservation& o = now.observations.front();
       EXPECT_NEAR(o.pseudorange_m, *o.carrier_phase_cycles * kWavelength_m, kWavelength_m);
       if (before && now.tag - before->tag < 1.0005) {
-        // A tag has nanoseconds, and phases near 1e8 cycles have 1.5e-8 of them.
+        // A tag has a resolution of 1 ns, phases near 1e8 cycles one of 1.5e-8 cycles.
         const double rate_hz = (*o.carrier_phase_cycles - *before->observations[0].carrier_phase_cycles) /
                                (now.tag - before->tag);
         EXPECT_NEAR(rate_hz, -*o.doppler_hz, 1e-5) << k << " with a drift of " << drift;

@@ -17,11 +17,11 @@ namespace {
 using positioning::Fix;
 using positioning::FixKind;
 
-/// "Do-Not-Use" of numbers with a point.
+/// "Do-Not-Use" of floating-point numbers.
 constexpr double kUnknown = -2e10;
 constexpr float kUnknown4 = -2e10F;
 
-/// PVT mode (4.2.9): how the position was made.
+/// PVT mode (4.2.9): kind of position.
 int mode_of(FixKind kind, bool moving_base = false) {
   constexpr int kFixed = 4, kTowardsMovingBase = 3;
   const int mode = codes_of(kind).sbf_mode;
@@ -47,7 +47,7 @@ Payload mode_and_error(const Fix& fix) {
   return Payload().u1(fix.measured() ? mode_of(fix.kind()) : 0).u1(error_of(fix));
 }
 
-/// Bits of the signals that the fix uses.
+/// Bits of the signals used in the fix.
 std::uint32_t signals_used(const receiver::ReceiverEpoch& seen) {
   std::uint32_t bits = 0;
   for (const receiver::SatelliteObservation& s : seen.satellites) {
@@ -58,7 +58,7 @@ std::uint32_t signals_used(const receiver::ReceiverEpoch& seen) {
   return bits;
 }
 
-/// Age and station of corrections, in hundredths of a second; each 65535 where it is not known.
+/// Age and station of corrections, in hundredths of a second; each 65535 if unknown.
 Payload corrections_of(const Fix& fix) {
   const bool corrected = positioning::corrected(fix.kind());
   Payload p;
@@ -67,7 +67,7 @@ Payload corrections_of(const Fix& fix) {
   return p.u2(0xFFFF);
 }
 
-/// Twice the deviation [cm], 65535 where there is none.
+/// Twice the standard deviation [cm], 65535 if there is none.
 void accuracy(Payload& p, bool known, double variance_m2) {
   if (!known)
     p.u2(0xFFFF);
@@ -92,7 +92,7 @@ std::string pvt_geodetic(const DeviceEpoch& epoch) {
     course_deg = static_cast<float>(degrees < 0 ? degrees + 360 : degrees);
   }
   p.r4(course_deg);
-  // The clock by the first of these systems that is in the fix: 0 GPS, 1 Galileo, 3 GLONASS, 4 BeiDou.
+  // The clock of the first of these systems in the fix: 0 GPS, 1 Galileo, 3 GLONASS, 4 BeiDou.
   static constexpr std::pair<gnss::System, int> kTimes[]{{gnss::System::GPS, 0},
                                                          {gnss::System::Galileo, 1},
                                                          {gnss::System::GLONASS, 3},
@@ -102,12 +102,13 @@ std::string pvt_geodetic(const DeviceEpoch& epoch) {
   for (const auto& [system, number] : kTimes) {
     const auto bias = fix.clock_bias_s.find(system);
     if (!known || bias == fix.clock_bias_s.end()) continue;
-    // Measurements are moved to whole milliseconds: what the clock reads beyond these is not in them.
+    // Measurements are referred to whole milliseconds, so they do not contain the clock's fraction of a
+    // millisecond.
     bias_ms = (bias->second - (epoch.seen.receiver_time - epoch.raw.tag)) * 1e3;
     time_system = number;
     break;
   }
-  p.r8(bias_ms).r4(kUnknown4);  // nor is its drift
+  p.r8(bias_ms).r4(kUnknown4);  // nor its drift
   p.u1(time_system).u1(0);      // WGS 84
   p.u1(known ? std::min<std::size_t>(fix.used.size(), 254) : 255).u1(0);
   p.raw(corrections_of(fix).bytes()).u4(known ? signals_used(epoch.seen) : 0);
@@ -118,8 +119,8 @@ std::string pvt_geodetic(const DeviceEpoch& epoch) {
   return p.u1(0).bytes();
 }
 
-/// Variances of north, east, up, clock, and the six covariances between them, by the order of 4.2.9.
-/// @param clock of the clock, in units of the matrix
+/// Variances of north, east, up, clock, and the six covariances between them, in the order of 4.2.9. @param
+/// clock its variance, in units of the matrix
 void covariances(Payload& p, bool known, const Eigen::Matrix3d& enu, double clock) {
   const auto put = [&](double value) { p.r4(known ? static_cast<float>(value) : kUnknown4); };
   put(enu(1, 1));
@@ -164,14 +165,14 @@ std::string receiver_time(const DeviceEpoch& epoch) {
   Payload p;
   if (!epoch.time_known)
     return p.u1(-128).u1(-128).u1(-128).u1(-128).u1(-128).u1(-128).u1(-128).u1(0).bytes();
-  // To the millisecond that the block's time of week is rounded to: it may be that of the next second.
+  // Uses the block's time of week rounded to a millisecond, which may be in the next second.
   const double rounded_s = epoch.stated - epoch.seen.stated_time();
   const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.stated_utc() + rounded_s);
   p.u1(utc.year % 100).u1(utc.month).u1(utc.day).u1(utc.hour).u1(utc.minute).u1(utc.second);
   return p.u1(geodesy::leap_seconds(epoch.seen.time)).u1(0b111).bytes();  // week, time of week, fine time
 }
 
-/// A baseline that this receiver states the direction of: that of a moving base, of an antenna beside it.
+/// A baseline with a reported direction: from a moving base, such as a second antenna.
 const positioning::Baseline* attitude_of(const Fix& fix) {
   return fix.baseline && fix.baseline->moving_base ? &*fix.baseline : nullptr;
 }
@@ -230,7 +231,7 @@ std::string channel_status(const DeviceEpoch& epoch) {
     const auto add = [&](const receiver::SignalObservation& o, const gnss::Signal& signal, bool used) {
       const auto place = status_place(signal);
       if (!place) return;
-      tracking |= bits(*place, o.measurement ? 3 : 1);  // tracked, or searched for
+      tracking |= bits(*place, o.measurement ? 3 : 1);  // tracked, or searching
       health |= o.measurement ? bits(*place, 1) : 0;
       use |= used ? bits(*place, 2) : 0;
     };
@@ -249,7 +250,7 @@ std::string channel_status(const DeviceEpoch& epoch) {
 }
 
 std::string receiver_status(const DeviceEpoch& epoch) {
-  // The gain in dB has no zero that is written down: 40 stands for no interference.
+  // The guide defines no zero of the gain in dB: 40 means no interference.
   constexpr double kQuiet_db = 40;
   constexpr int kStateBytes = 4;
   Payload list;
@@ -277,15 +278,15 @@ std::string rf_status(const DeviceEpoch& epoch) {
   return Payload().u1(count).u1(kBandBytes).u1(spoofed ? 1 : 0).zeros(3).raw(list.bytes()).bytes();
 }
 
-// MeasEpoch (4.2.1): of each satellite one sub-block with its first signal, and one for each further signal
-// with differences from that.
+// MeasEpoch (4.2.1): of each satellite one sub-block with its first signal, and one for each further signal,
+// relative to the first.
 
 constexpr double kCode_m = 0.001, kDoppler_hz = 1e-4, kPhase_cycles = 0.001;
 constexpr double kLowestCn0_dbhz = 10, kCn0_db = 0.25;
 constexpr int kFirstBytes = 20, kFurtherBytes = 12;
-constexpr std::int64_t kHigh = 65536;  ///< of the high byte of a field in two parts
+constexpr std::int64_t kHigh = 65536;  ///< weight of the high byte of a two-part field
 
-/// Bits 0 to 4 of a signal's number; 31 says that ObsInfo has the rest.
+/// Bits 0 to 4 of a signal's number; 31: the rest is in ObsInfo.
 int type_of(const gnss::Signal& signal) {
   return std::min<int>(signal.sbf, 31);
 }
@@ -306,18 +307,18 @@ Carrier carrier_of(const RawObservation& o, double stated_range_m) {
   if (!o.carrier_phase_cycles) return {};
   const double wavelength_m = geodesy::kSpeedOfLight / o.measurement->carrier_frequency_hz;
   const auto steps = std::llround((*o.carrier_phase_cycles - stated_range_m / wavelength_m) / kPhase_cycles);
-  constexpr std::int64_t kMost = 127 * kHigh;  // a phase that the code has left this far is not sent
+  constexpr std::int64_t kMost = 127 * kHigh;  // a phase this far from the code is not sent
   return std::abs(steps) > kMost ? Carrier{} : Carrier{steps};
 }
 
-/// C/N0 in quarters of a decibel; 255: not known. Codes of P(Y) count from 0.
+/// C/N0 in quarters of a decibel; 255: not known. P(Y) codes start at 0.
 int strength(const RawObservation& o) {
   if (!o.measurement->cn0_dbhz) return 255;
   const double from = o.signal->sbf == 1 || o.signal->sbf == 2 ? 0 : kLowestCn0_dbhz;
   return static_cast<int>(std::clamp(std::lround((*o.measurement->cn0_dbhz - from) / kCn0_db), 0L, 254L));
 }
 
-/// The pseudorange as its field has it: readers add to that.
+/// The rounded pseudorange of its field, to which readers add.
 double stated(double range_m) {
   return std::llround(range_m / kCode_m) * kCode_m;
 }
@@ -384,7 +385,7 @@ std::string empty(const DeviceEpoch& /*epoch*/) {
 struct Row {
   BlockId id;
   std::string (*body)(const DeviceEpoch&);
-  bool may_lack = false;  ///< an empty body: there is no block
+  bool may_lack = false;  ///< an empty body means no block
 };
 constexpr std::array kRows{Row{kReceiverTime, receiver_time},
                            Row{kMeasEpoch, meas_epoch},
@@ -402,10 +403,10 @@ constexpr std::array kRows{Row{kReceiverTime, receiver_time},
                            Row{kRfStatus, rf_status}};
 
 /// NAVBits of a message (4.2.2 and on): words of 30 bits for GPS, QZSS and BeiDou; strings of GLONASS and
-/// pages of Galileo bit by bit, the first one foremost.
+/// pages of Galileo as bits, most significant first.
 std::vector<std::uint32_t> navigation_bits(const broadcast::SentMessage& message) {
   if (message.id.system != gnss::System::Galileo) return message.words;
-  // Two pages of 120 bits in four words each; the six tail bits of the first one are left out.
+  // Two pages of 120 bits in four words each; without the six tail bits of the first page.
   constexpr std::size_t kPage = 120, kTail = 6;
   std::vector<std::uint32_t> words(8, 0);
   std::size_t at = 0;
@@ -470,7 +471,7 @@ int frequency_number(gnss::SatelliteId id, const std::map<gnss::SatelliteId, int
 }
 
 std::optional<int> status_place(const gnss::Signal& signal) {
-  // The numbers of the signals that share a place.
+  // The numbers of the signals with the same index.
   static constexpr std::initializer_list<int> kNumbers[]{
       {0, 6, 8, 24, 28},  // L1CA of GPS, QZSS, GLONASS and SBAS; B1I
       {7, 17, 29},        // QZSS L2C; E1; B2I

@@ -17,7 +17,7 @@ namespace canyon::output::sbf {
 
 // Blocks of Septentrio's binary format SBF (PolaRx5TR Reference Guide, firmware 5.5.0, chapter 4): "$@",
 // CRC, ID, length, time of week and week, body; numbers little-endian, lengths multiples of four bytes.
-/// A block by its number, revision, and name in commands.
+/// Number, revision and command name of a block.
 struct BlockId {
   std::uint16_t number;
   std::uint8_t revision = 0;
@@ -37,37 +37,37 @@ inline constexpr std::array kBlocks{
     kReceiverTime, kChannelStatus, kReceiverStatus, kRfStatus,       kBaseVectorGeod, kAttEuler, kAttCovEuler,
     kGpsRawCa,     kGalRawInav,    kGloRawCa,       kBdsRaw,         kQzsRawL1Ca};
 
-/// CRC of ITU-T V.41 (polynomial x^16 + x^12 + x^5 + 1, seed 0), as blocks have it.
+/// CRC of ITU-T V.41 (polynomial x^16 + x^12 + x^5 + 1, seed 0), as used in blocks.
 [[nodiscard]] std::uint16_t crc16(std::string_view bytes);
 
-/// The whole block. Zeros fill the body up to a multiple of four bytes.
-/// @param time its stamp, rounded down to a millisecond; empty: the receiver does not know the time
+/// The complete block. Zeros fill the body up to a multiple of four bytes.
+/// @param time its time stamp, rounded down to a millisecond; empty: the receiver does not know the time
 [[nodiscard]] std::string block(BlockId id, const std::optional<geodesy::GpsTime>& time,
                                 std::string_view body);
 
-/// Number of a satellite in blocks (4.1.9); empty for those that have none.
+/// Number of a satellite in blocks (4.1.9); empty for satellites that have none.
 [[nodiscard]] std::optional<std::uint8_t> satellite_number(gnss::SatelliteId id);
 
-/// FreqNr of a satellite: of GLONASS its frequency number plus 8; 0 for others.
+/// FreqNr of a satellite: for GLONASS its frequency number plus 8; 0 for others.
 [[nodiscard]] int frequency_number(gnss::SatelliteId id, const std::map<gnss::SatelliteId, int>& channels);
 
-/// Place of a signal's two bits in the status fields of ChannelStatus (4.2.15), 0 to 7; empty for signals
-/// that have none there.
+/// Index of a signal's two bits in the status fields of ChannelStatus (4.2.15), 0 to 7; empty for signals
+/// without bits there.
 [[nodiscard]] std::optional<int> status_place(const gnss::Signal& signal);
 
-// Bodies of the blocks that the device sends, field by field as the PolaRx5TR Reference Guide
-// (firmware 5.5.0, 4.2) has them. Fields that Canyon does not know have their "Do-Not-Use" value.
+// Bodies of the blocks that the device sends, field by field as in the PolaRx5TR Reference Guide
+// (firmware 5.5.0, 4.2). Fields unknown to Canyon have their "Do-Not-Use" value.
 /// The blocks of an epoch by number, in the order in which the device sends them.
 [[nodiscard]] std::span<const std::uint16_t> epoch_blocks();
-/// A block of an epoch. Empty where the epoch has none of it: vector and attitude without a baseline.
+/// A block of an epoch. Empty if the epoch has no data for it: vector and attitude without a baseline.
 /// Precondition: `number` is one of epoch_blocks().
 [[nodiscard]] std::string epoch_block(std::uint16_t number, const DeviceEpoch& epoch);
 
-/// GPSRawCA, GALRawINAV, GLORawCA, BDSRaw or QZSRawL1CA; empty for a satellite that these do not have.
-/// @param time that the receiver states for the end of the message
+/// GPSRawCA, GALRawINAV, GLORawCA, BDSRaw or QZSRawL1CA; empty for satellites of other systems.
+/// @param time reported by the receiver for the end of the message
 [[nodiscard]] std::string message_block(const broadcast::SentMessage& message, geodesy::GpsTime time,
                                         const std::map<gnss::SatelliteId, int>& glonass_channels);
-/// The number of that block; 0 for systems without one.
+/// The number of raw_block()'s block; 0 for systems without one.
 [[nodiscard]] std::uint16_t message_number(gnss::System system);
 
 }  // namespace canyon::output::sbf

@@ -55,7 +55,7 @@ TEST(SbfBlock, NumbersSatellites) {
   EXPECT_FALSE(satellite_number({System::GLONASS, 31}));
 }
 
-// Each signal of a satellite has its own place.
+// Each signal of a satellite has its own bits.
 TEST(SbfBlock, PlacesSignalsOfAStatusField) {
   for (const System system : gnss::kAllSystems) {
     std::map<int, std::string_view> places;

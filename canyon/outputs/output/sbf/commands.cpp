@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kPort = "COM1";
 
-/// Commands: the full name behind "set" or "exe", then the short one.
+/// Commands: the full name with "set" or "exe", then the short name.
 constexpr std::string_view kKnown =
     "setsbfoutput, sso, setnmeaoutput, sno, setdatainout, sdio, setcomsettings, scs, "
     "setipserversettings, siss, setpvtmode, spm, setreceiverdynamics, srd, setattitudeoffset, sto, "
@@ -60,8 +60,7 @@ std::optional<std::int64_t> parse_interval(const std::string& text) {
   return std::nullopt;
 }
 
-/// Adds and takes away blocks: "A+B" are these alone, "+A-B" change what there is. Names of other blocks are
-/// left out.
+/// Adds and removes blocks: "A+B" replaces the list, "+A-B" changes it. Ignores names of other blocks.
 void change_blocks(std::set<std::uint16_t>& blocks, const std::string& text) {
   if (text.empty()) return;
   if (text.front() != '+' && text.front() != '-') blocks.clear();
@@ -102,7 +101,7 @@ std::string SbfCommands::receive(std::string_view bytes, std::int64_t now_ms) {
       answers += execute(trim(line_), now_ms);
       line_.clear();
     } else if (c < ' ' || c > '~' || line_.size() >= kMostLine) {
-      line_.assign(1, '\0');  // bytes of another protocol: the line is not a command
+      line_.assign(1, '\0');  // bytes of another protocol, not a command line
     } else {
       line_ += c;
     }
@@ -111,7 +110,7 @@ std::string SbfCommands::receive(std::string_view bytes, std::int64_t now_ms) {
 }
 
 std::string SbfCommands::execute(std::string_view line, std::int64_t now_ms) {
-  constexpr std::string_view kAttention = "SSSSSSSSSS";  // asks for the command line
+  constexpr std::string_view kAttention = "SSSSSSSSSS";  // requests the command line
   if (line.empty()) return prompt();
   if (line.starts_with(kAttention) && line.find_first_not_of('S') == std::string_view::npos) {
     if (first_.empty()) first_ = kAttention;

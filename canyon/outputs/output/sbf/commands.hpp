@@ -14,25 +14,25 @@
 namespace canyon::output::sbf {
 
 /// The command line of one connection of a Septentrio receiver (PolaRx5TR Reference Guide, chapter 3), as
-/// drivers use it: which blocks come how often, the line's speed, restarts. Other commands of the guide are
-/// acknowledged and have no effect, since the scenario defines the receiver; unknown ones are refused.
+/// used by drivers: selection and rate of blocks, the line's speed, restarts. Other commands of the guide are
+/// acknowledged without effect, since the scenario defines the receiver; unknown commands are rejected.
 class SbfCommands {
  public:
   static constexpr std::int64_t kQuiet_ms = 1500;
-  static constexpr std::size_t kMostLine = 1024;  ///< longer lines are left out
+  static constexpr std::size_t kMostLine = 1024;  ///< longer lines are ignored
 
-  /// Commands in bytes cut anywhere, and other bytes (RTCM 3), which are passed over. Returns the answers.
+  /// Takes bytes cut anywhere: commands, and other bytes (RTCM 3), which are ignored. Returns the responses.
   /// @param now_ms GPS time of the last epoch
   [[nodiscard]] std::string receive(std::string_view bytes, std::int64_t now_ms);
-  /// The name of the first command, which made it choose what comes; empty: there was none.
+  /// The name of the first command, from which on commands select the blocks; empty: none so far.
   [[nodiscard]] const std::string& first() const { return first_; }
 
-  /// Whether the block is due at an epoch. From the start all are at each epoch. From the first command on
-  /// only those are that setSBFOutput names, at its interval, and none within kQuiet_ms after an answer:
-  /// drivers (PX4's) look for answers in what they read next, and blocks hide them.
+  /// Whether the block is due at an epoch. Initially all blocks are due at each epoch. From the first command
+  /// on, only blocks selected by setSBFOutput are due, at its interval, and none within kQuiet_ms after a
+  /// response: drivers (PX4's) expect a response in the next bytes that they read, and blocks would hide it.
   /// @param epoch_ms milliseconds of GPS time
   [[nodiscard]] bool is_due(std::uint16_t block, std::int64_t epoch_ms);
-  /// Whether a block that comes with an event is sent at all.
+  /// Whether a block that is triggered by an event is enabled.
   [[nodiscard]] bool sends(std::uint16_t block) const {
     return first_.empty() || interval_ms(block).has_value();
   }
@@ -47,7 +47,7 @@ class SbfCommands {
     std::int64_t interval_ms = 0;  ///< 0: at each epoch
     bool on = true;
   };
-  /// The shortest interval of the streams that have the block; empty: none has it.
+  /// The shortest interval of the streams with this block; empty: no stream has it.
   [[nodiscard]] std::optional<std::int64_t> interval_ms(std::uint16_t block) const;
   std::string execute(std::string_view line, std::int64_t now_ms);
   std::string sbf_output(const std::vector<std::string>& words);
@@ -57,7 +57,7 @@ class SbfCommands {
   std::string line_, first_;
   std::map<std::string, Stream> streams_;
   std::map<std::uint16_t, std::int64_t> last_turn_;
-  std::int64_t quiet_until_ms_ = 0;  ///< GPS time until which none is sent
+  std::int64_t quiet_until_ms_ = 0;  ///< GPS time until which no block is sent
   std::optional<int> baud_;
   std::optional<disturbance::RestartKind> restart_;
 };

@@ -75,7 +75,7 @@ TEST(SbfCommands, SpeedAndRestarts) {
   EXPECT_EQ(commands.take_restart(), std::nullopt);
 }
 
-// RTCM 3 comes on the same line. Its bytes are not commands, and a command behind them is one.
+// RTCM 3 arrives on the same line. Its bytes are not commands; a command after them is.
 TEST(SbfCommands, OtherBytesAreNotCommands) {
   SbfCommands commands;
   EXPECT_EQ(tell(commands, std::string("\xD3\x00\x13", 3) + "sso, all, none\nab\n7,8,9\n"), "");

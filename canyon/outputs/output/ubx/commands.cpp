@@ -24,10 +24,10 @@ constexpr std::array<PortKeys, kPorts> kPortKeys{{{0x10710001, 0x10720001},
                                                   {0x10750001, 0x10760001},
                                                   {0x10770001, 0x10780001},
                                                   {0x10790001, 0x107a0001}}};
-/// Bits of CFG-PRT's masks, and the keys behind the first.
+/// Bits of CFG-PRT's masks, and the offset of their keys from the first.
 constexpr std::array<std::pair<int, std::uint32_t>, 3> kProtocols{{{0, 0}, {1, 1}, {5, 3}}};
 
-/// CFG-GNSS: channels reserved and at most, and which of the signals near L1, as u-blox sets them.
+/// CFG-GNSS: reserved and maximum channels, and the signals near L1, with u-blox's defaults.
 std::string gnss_blocks(const std::set<gnss::System>& systems) {
   struct Block {
     gnss::System system;
@@ -53,7 +53,7 @@ struct KeyValue {
   std::uint32_t key;
   std::uint64_t value;
 };
-/// Keys with their values as CFG-VALSET has them; empty for a list that is not whole.
+/// Keys with their values as in CFG-VALSET; empty for an incomplete list.
 std::optional<std::vector<KeyValue>> key_values(std::string_view bytes) {
   std::vector<KeyValue> pairs;
   while (!bytes.empty()) {
@@ -67,7 +67,7 @@ std::optional<std::vector<KeyValue>> key_values(std::string_view bytes) {
   return pairs;
 }
 
-/// Fields of the older CFG messages whose values have keys; the other bytes are stored as they come.
+/// Fields of the older CFG messages whose values have keys; the other bytes are stored unchanged.
 struct KeyField {
   MessageId id;
   std::size_t at, size;
@@ -79,7 +79,7 @@ constexpr KeyField kKeyFields[]{{kRates, 0, 2, kRateMeasurement},
                                 {kNav5, 2, 1, kDynamicModel},
                                 {kNav5, 3, 1, kFixMode}};
 
-/// CFG-NAV5 with the parts of `given` that its mask applies.
+/// CFG-NAV5 with the parts of `given` selected by its mask.
 std::string navigation_engine(std::string stored, std::string_view given) {
   // Bits of the mask, each with its bytes.
   struct Part {
@@ -96,7 +96,7 @@ std::string navigation_engine(std::string stored, std::string_view given) {
 }
 
 constexpr std::size_t kMostKeys = 64;
-/// The keys that the masks behind a header of 4 bytes name; empty where one names none.
+/// The keys named by the masks after a header of 4 bytes; empty if a mask matches none.
 std::vector<std::uint32_t> keys_named(const Configuration& settings, std::string_view payload) {
   std::vector<std::uint32_t> keys;
   for (std::size_t at = 4; at < payload.size() && at < 4 + 4 * kMostKeys; at += 4) {
@@ -249,7 +249,7 @@ UbxCommands::Reply UbxCommands::port(std::string_view payload, std::string& answ
     answer += frame(0x0600, p.bytes());
     return Reply::Acknowledge;
   }
-  // Several ports may stand in one message.
+  // One message may have several ports.
   if (payload.size() % kBlock != 0) return Reply::Refuse;
   for (; !payload.empty(); payload.remove_prefix(kBlock))
     if (!set_port(static_cast<int>(number_at(payload, 0, 1)), number_at(payload, 8, 4),
@@ -288,7 +288,7 @@ UbxCommands::Reply UbxCommands::block(MessageId id, std::string_view payload, st
   return Reply::Acknowledge;
 }
 
-// CFG-CFG: what to clear, save and load; the sections of the masks are taken as one.
+// CFG-CFG: clear, save and load; the sections of the masks are treated as one.
 UbxCommands::Reply UbxCommands::save(std::string_view payload) {
   if (payload.size() != 12 && payload.size() != 13) return Reply::Refuse;
   if (number_at(payload, 0, 4) != 0) settings_.saved = settings_.factory;
@@ -297,7 +297,7 @@ UbxCommands::Reply UbxCommands::save(std::string_view payload) {
   return Reply::Acknowledge;
 }
 
-// CFG-RST is not acknowledged. Its mask names what the receiver forgets.
+// CFG-RST is not acknowledged. Its mask selects the data that the receiver deletes.
 UbxCommands::Reply UbxCommands::restart(std::string_view payload) {
   if (payload.size() != 4) return Reply::Refuse;
   constexpr std::uint64_t kGnssOnly = 2, kStop = 8, kStart = 9;

@@ -14,32 +14,32 @@
 
 namespace canyon::output::ubx {
 
-/// Answers of a device to polls.
+/// Responses of a device to polls.
 class Outputs {
  public:
   virtual ~Outputs() = default;
-  /// The payload of a message that can be polled, of the last epoch; empty where there is none.
+  /// The payload of a message that can be polled, of the last epoch; empty if there is none.
   [[nodiscard]] virtual std::optional<std::string> output(MessageId id,
                                                           const Configuration& settings) const = 0;
 };
 
-/// Takes commands of one connection, answers them, and keeps what they set. CFG messages are acknowledged
-/// (ACK-ACK) or refused (ACK-NAK); polls of other messages are answered by the message, or not at all
-/// (UBX-13003221, 31.3; UBX-22008968, 3.4). `$PUBX,41` sets port and rate as CFG-PRT does.
+/// Takes commands of one connection, returns the responses, and stores the settings. CFG messages are
+/// acknowledged (ACK-ACK) or rejected (ACK-NAK); the response to a poll of another message is that message,
+/// or none (UBX-13003221, 31.3; UBX-22008968, 3.4). `$PUBX,41` sets port and rate as CFG-PRT does.
 class UbxCommands {
  public:
-  /// Answers of one call are cut off behind as many bytes, as a sending buffer that is full.
+  /// Responses of one call are cut off after this number of bytes, like a full send buffer.
   static constexpr std::size_t kMostAnswer = 64 << 10;
 
-  /// @param factory settings from the start; @param systems that CFG-GNSS calls enabled
+  /// @param factory settings from the start; @param systems reported as enabled by CFG-GNSS
   UbxCommands(Generation generation, const Configuration& factory, const std::set<gnss::System>& systems,
               const Outputs& outputs);
 
   [[nodiscard]] std::string receive(std::string_view bytes);
-  /// The first command that changed a setting, "CFG 0x8A"; empty: there was none.
+  /// The first command that changed a setting, "CFG 0x8A"; empty: none so far.
   [[nodiscard]] const std::string& first() const { return first_; }
   [[nodiscard]] std::optional<int> take_baud();
-  /// The restart that CFG-RST asked for since the last call.
+  /// The restart requested by CFG-RST since the last call.
   [[nodiscard]] std::optional<disturbance::RestartKind> take_restart() {
     return std::exchange(restart_, std::nullopt);
   }
@@ -69,7 +69,7 @@ class UbxCommands {
 
   Generation generation_;
   const Outputs& outputs_;
-  /// The present settings, those that survive a restart, and those of the factory.
+  /// The present settings, the saved settings (kept over a restart), and the factory settings.
   struct {
     Configuration current, saved, factory;
   } settings_;

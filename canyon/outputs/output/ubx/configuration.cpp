@@ -9,7 +9,7 @@
 namespace canyon::output::ubx {
 namespace {
 
-// Keys: UBX-22008968, 6.9.14 (CFG-MSGOUT). ID, key, M8, F9, rate, made.
+// Keys: UBX-22008968, 6.9.14 (CFG-MSGOUT). ID, key, M8, F9, rate, generated.
 constexpr std::array kMessages{
     MessageInfo{0x0107, 0x20910006, true, true, 1},                                  // NAV-PVT
     MessageInfo{0x0103, 0x2091001a, true, true, 1},                                  // NAV-STATUS
@@ -43,7 +43,7 @@ constexpr std::array kMessages{
     MessageInfo{0xF002, 0x209100bf, true, true, 0},                                  // GSA
     MessageInfo{0xF007, 0x209100d3, true, true, 0},                                  // GST
     MessageInfo{0xF003, 0x209100c4, true, true, 0},                                  // GSV
-    // No edges of a time mark come in.
+    // There are no edges of a time mark.
     MessageInfo{0x0D03, 0x20910178, true, true, 0, Sent::Events},         // TIM-TM2
     MessageInfo{0x0232, 0x20910268, false, true, 0, Sent::Events, true},  // RXM-RTCM
     MessageInfo{0x0234, 0x209106b6, false, true, 0, Sent::Events, true},  // RXM-COR
@@ -69,8 +69,8 @@ struct KeyDefault {
   std::uint32_t key;
   std::uint64_t value;
 };
-// The groups that flight controllers and gpsd set, with the defaults of UBX-22008968, chapter 6, but for NMEA
-// and the jamming monitor: see docs/outputs.md.
+// The groups set by flight controllers and gpsd, with the defaults of UBX-22008968, chapter 6, except NMEA
+// and the jamming monitor (docs/outputs.md).
 constexpr KeyDefault kKeys[]{{kRateNavigation, 1}, {kRateTimeReference, 1}, {kFixMode, 3},
                              {kDynamicModel, 0},   {0x201100a4, 10},        {0x20140011, 3},
                              {kJammingMonitor, 1}, {kOutputUbx, 1},         {kOutputNmea, 1},
@@ -91,7 +91,7 @@ constexpr std::uint32_t kOn[]{
     0x10730001, 0x10730002, 0x10730004, 0x20530002, 0x10530005, 0x10750004, 0x10650001, 0x10770001,
     0x10770002, 0x10770004, 0x10780001, 0x10790001, 0x10790002, 0x10790004, 0x107a0001};
 
-// CFG-VALSET cannot reach it: no key has these high bits.
+// Not accessible by CFG-VALSET: no key has these high bits.
 constexpr std::uint32_t kOwnRate = 0x80000000;
 
 const MessageInfo* info_of(MessageId id, Generation generation) {
@@ -129,11 +129,11 @@ Configuration::Configuration(Generation generation, int period_ms, bool rtk, boo
   if (const auto key = rate_key(kRelativePosition, kOwnPort); rtk && key) values_[*key] = 1;
   if (dead_reckoning)
     for (const MessageId id : {kFusionStatus, kSensorSamples}) values_[*rate_key(id, kOwnPort)] = 1;
-  // Blocks with their defaults: dynModel and fixMode come from the keys.
+  // Blocks with their defaults: dynModel and fixMode are from the keys.
   Payload engine;  // CFG-NAV5
   engine.u2(0xFFFF).u1(0).u1(3).u4(0).u4(10000).u1(5).u1(0).u2(250).u2(250).u2(100).u2(350).u1(0).u1(60);
   blocks_[0x0624] = engine.zeros(12).bytes();
-  blocks_[0x0608] = std::string(6, '\0');                             // CFG-RATE: all of it comes from keys
+  blocks_[0x0608] = std::string(6, '\0');                             // CFG-RATE: all values are from keys
   blocks_[0x0616] = Payload().u1(1).u1(3).u1(3).u1(0).u4(0).bytes();  // CFG-SBAS
   blocks_[0x0623] = Payload().u2(2).zeros(38).bytes();                // CFG-NAVX5
   blocks_[0x0639] = Payload().u4(0xADE62AD3).u4(0x0000031E).bytes();  // CFG-ITFM, bit 31: on
@@ -194,7 +194,7 @@ int Configuration::rate(MessageId id) const {
 
 std::optional<Eigen::Vector3d> Configuration::told_place_ecef() const {
   if (value(kBaseMode).value_or(0) != 2) return std::nullopt;
-  // TMODE-POS_TYPE; TMODE-ECEF_X, -ECEF_X_HP, -LAT and -LAT_HP, each with the two others behind it.
+  // TMODE-POS_TYPE; TMODE-ECEF_X, -ECEF_X_HP, -LAT and -LAT_HP, each followed by the two others.
   const bool geodetic = value(0x20030002).value_or(0) == 1;
   Eigen::Vector3d place;
   for (std::uint32_t axis = 0; axis < 3; ++axis) {

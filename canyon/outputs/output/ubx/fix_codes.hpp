@@ -14,14 +14,14 @@ struct FixCodes {
   char nmea_status;  ///< RMC, status
   char nmea_mode;    ///< RMC, mode indicator
   int gsa_mode;      ///< GSA, 1 no fix, 2 2D, 3 3D
-  // UBX-22008968, 3.15.13. A prediction is valid, too: gnssFixOK says that accuracy keeps the limits.
+  // UBX-22008968, 3.15.13. A prediction is valid too: gnssFixOK means that the accuracy is within the limits.
   std::uint8_t ubx_type;   ///< NAV-PVT fixType; NAV-STATUS, NAV-SOL gpsFix
   std::uint8_t ubx_flags;  ///< NAV-PVT flags: kUbxFixOk, kUbxDifferential, carrSoln in bits 7 and 6
   /// GPS_FIX_TYPE of MAVLink's common.xml. It has no type for dead reckoning, which is sent as no fix:
-  /// autopilots' drivers make that of u-blox's fix type 1, and go on by their own sensors, which know more
-  /// than the receiver's prediction.
+  /// autopilots' drivers map u-blox's fix type 1 to no fix and continue with their own sensors, which are
+  /// better than the receiver's prediction.
   std::uint8_t mavlink_type;
-  /// PVT mode of SBF (4.2.9). It has none for a prediction: a receiver without inertial sensors states no
+  /// PVT mode of SBF (4.2.9). It has none for a prediction: a receiver without inertial sensors reports no
   /// position then.
   int sbf_mode;
 };
@@ -48,8 +48,8 @@ inline constexpr std::uint8_t kUbxFixOk = 1, kUbxDifferential = 2, kUbxFloat = 0
   return codes_of(kind).ubx_type;
 }
 
-/// UBX's jammingState and MAVLink's GPS_JAMMING_STATE of a band: 1 none, 2 seen, the fix goes on, 3 seen, no
-/// fix. Seen: as strong as the front end's own noise.
+/// UBX's jammingState and MAVLink's GPS_JAMMING_STATE of a band: 1 none, 2 detected, still a fix, 3 detected,
+/// no fix. Detected: as strong as the front end's own noise.
 [[nodiscard]] inline std::uint8_t jamming_state(double interference_ratio, const positioning::Fix& fix) {
   if (interference_ratio < 1) return 1;
   return fix.measured() ? 2 : 3;

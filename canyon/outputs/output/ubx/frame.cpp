@@ -18,10 +18,10 @@ std::string checksum(std::string_view bytes) {
   return {static_cast<char>(a), static_cast<char>(b)};
 }
 
-/// A frame or line at the beginning of bytes, as UbxParser looks for them.
+/// A frame or line at the beginning of bytes, as searched by UbxParser.
 struct Found {
-  std::size_t length = 0;  ///< 0: not enough yet
-  bool good = false;       ///< else these bytes are passed over
+  std::size_t length = 0;  ///< 0: incomplete
+  bool good = false;       ///< else these bytes are skipped
 };
 
 Found find_frame(std::string_view bytes) {
@@ -64,7 +64,7 @@ std::uint64_t number_at(std::string_view bytes, std::size_t offset, std::size_t 
 }
 
 void UbxParser::receive(std::string_view bytes, const Handlers& handlers) {
-  // At most one frame waits, however many bytes come at once.
+  // At most one frame is buffered, for any number of bytes at once.
   while (!bytes.empty()) {
     const std::size_t taken = std::min(bytes.size(), kMostBytes);
     waiting_ += bytes.substr(0, taken);

@@ -16,30 +16,30 @@ namespace canyon::output::ubx {
 /// Class and ID of a message, class in the high byte: 0x0107 is NAV-PVT.
 using MessageId = std::uint16_t;
 
-/// The whole frame around a payload of at most 65535 bytes.
+/// The complete frame of a payload of at most 65535 bytes.
 [[nodiscard]] std::string frame(MessageId id, std::string_view payload);
 
-/// Unsigned number of `bytes` bytes at `offset`. Precondition: they are there.
+/// Unsigned number of `bytes` bytes at `offset`. Precondition: `offset` + `bytes` is within the data.
 [[nodiscard]] std::uint64_t number_at(std::string_view bytes, std::size_t offset, std::size_t size);
 
-/// Finds frames, and lines of NMEA 0183, in bytes cut anywhere. Other bytes are passed over. After a damaged
-/// frame the search goes on behind its first two bytes. Holds at most kMostBytes.
+/// Finds frames, and lines of NMEA 0183, in bytes cut anywhere. Ignores other bytes. After a damaged frame
+/// the search continues after its first two bytes. Holds at most kMostBytes.
 class UbxParser {
  public:
-  /// Commands have no longer payloads.
+  /// Payloads of commands are not longer.
   static constexpr std::size_t kMostPayload = 1024;
   static constexpr std::size_t kMostBytes = kMostPayload + 8;
   static constexpr std::size_t kMostLine = 100;
 
   struct Handlers {
     std::function<void(MessageId, std::string_view payload)> frame;
-    std::function<void(std::string_view sentence)> line;  ///< "PUBX,41,...": checksum right, without it
+    std::function<void(std::string_view sentence)> line;  ///< "PUBX,41,...": checksum verified and removed
   };
   void receive(std::string_view bytes, const Handlers& handlers);
   [[nodiscard]] std::size_t held() const { return waiting_.size(); }
 
  private:
-  std::string waiting_;  ///< begins with what may become a frame or a line
+  std::string waiting_;  ///< begins with the possible start of a frame or a line
 };
 
 }  // namespace canyon::output::ubx

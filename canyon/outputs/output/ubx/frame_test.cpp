@@ -23,7 +23,7 @@ struct Received {
   }
 };
 
-// Frames that are in print: u-blox's poll of MON-VER, and a rate of NAV-SOL with its checksum 12 4F.
+// Published frames: u-blox's poll of MON-VER, and a rate of NAV-SOL with its checksum 12 4F.
 TEST(Frame, IsThatOfTheProtocol) {
   EXPECT_EQ(frame(0x0A04, ""), bytes({0xB5, 0x62, 0x0A, 0x04, 0, 0, 0x0E, 0x34}));
   EXPECT_EQ(frame(0x0601, bytes({1, 6, 1})), bytes({0xB5, 0x62, 6, 1, 3, 0, 1, 6, 1, 0x12, 0x4F}));
@@ -41,7 +41,7 @@ TEST(Payload, IsLittleEndianAndStaysInRange) {
 }
 
 TEST(UbxParser, FindsFramesAndLinesHoweverTheyAreCut) {
-  // One flight controller's driver sends first a frame, and u-blox's NMEA command behind it.
+  // One flight controller's driver sends first a frame, followed by u-blox's NMEA command.
   const std::string text = "noise\xB5" + frame(0x0601, bytes({1, 6, 1})) +
                            "$PUBX,41,1,0023,0001,115200,0*1C\r\n" + frame(0x0A04, "") + "\xB5\x62";
   for (std::size_t size = 1; size <= text.size(); ++size) {
@@ -77,7 +77,7 @@ TEST(UbxParser, HoldsLittleAndIsQuickWhateverComes) {
   const auto begin = std::chrono::steady_clock::now();
   received.receive(hostile);
   EXPECT_LT(std::chrono::steady_clock::now() - begin,
-            std::chrono::seconds(20));  // 0.2 s where it was written
+            std::chrono::seconds(20));  // 0.2 s on the author's machine
   EXPECT_LE(received.parser.held(), UbxParser::kMostBytes);
   EXPECT_TRUE(received.frames.empty());
   received.receive(std::string(UbxParser::kMostBytes, '\0') + frame(0x0A04, ""));

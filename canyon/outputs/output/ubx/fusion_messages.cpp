@@ -35,7 +35,7 @@ std::int64_t in_24_bits(double value, double step) {
   return std::llround(std::clamp(value / step, -kMost, kMost));
 }
 
-/// The head of ESF-MEAS: time tag, number of measurements in bits 15 to 11, provider.
+/// The header of ESF-MEAS: time tag, number of measurements in bits 15 to 11, provider.
 Payload samples_head(std::uint32_t time_ms, int count) {
   Payload p;
   p.u4(time_ms).u2(count << 11).u2(0);

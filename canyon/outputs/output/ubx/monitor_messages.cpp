@@ -5,13 +5,13 @@
 #include "canyon/outputs/output/ubx/fix_codes.hpp"
 #include "canyon/outputs/output/ubx/messages.hpp"
 
-// u-blox gives these fields a range and no unit; docs/outputs.md states how Canyon fills them.
+// u-blox defines a range but no unit for these fields; docs/outputs.md describes Canyon's values.
 
 namespace canyon::output::ubx {
 namespace {
 
 struct Band {
-  double interference = 0, tone = 0, agc = 1;  // undisturbed, as unknown bands are
+  double interference = 0, tone = 0, agc = 1;  // undisturbed, also for unknown bands
   bool known = false;
 };
 
@@ -62,7 +62,7 @@ std::string mon_hw(const UbxEpoch& epoch) {
   return p.zeros(2 + 12).bytes();
 }
 
-// 32.16.4, 3.14.4: nothing that Canyon models; a configuration from its own memory, power-on self-test
+// 32.16.4, 3.14.4: no data from Canyon's models; configuration from internal memory, power-on self-test
 // passed.
 std::string mon_hw2(const UbxEpoch& /*epoch*/) {
   return Payload().zeros(4).u1(111).zeros(23).bytes();
@@ -82,7 +82,7 @@ std::string mon_rf(const UbxEpoch& epoch) {
   return p.bytes();
 }
 
-// 3.18.1: version 1; the M10 has version 2, with the centres of signals [kHz], and the X20 the same as
+// 3.18.1: version 1; the M10 has version 2, with centre frequencies of signals [kHz]; the X20 has the same as
 // version 3.
 std::string sec_sig(const UbxEpoch& epoch) {
   std::uint64_t jamming = 0;
@@ -113,7 +113,7 @@ void SecurityLog::take(const UbxEpoch& epoch) {
     jamming =
         state.tone > state.interference / 2 ? Detection::NarrowbandJamming : Detection::BroadbandJamming;
   }
-  // One jammer, whose kind was told at its beginning.
+  // One jammer; its kind was reported at its start.
   if (jamming && jamming_) jamming = jamming_;
   change(jamming_, jamming, epoch.seen.time);
   change(spoofing_,

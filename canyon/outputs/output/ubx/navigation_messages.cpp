@@ -12,9 +12,9 @@
 namespace canyon::output::ubx {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::infinity();  // a field's greatest value
+constexpr double kNone = std::numeric_limits<double>::infinity();  // a field's maximum value
 
-/// Standard deviations and other properties of a fix that several messages send.
+/// Standard deviations and other properties of a fix used in several messages.
 struct Quality {
   double horizontal_m = kNone, vertical_m = kNone, position_m = kNone, speed_mps = kNone, time_s = kNone;
   double course_deg = 180;
@@ -54,14 +54,14 @@ std::array<double, 2> heights_of(const UbxEpoch& epoch) {
   return {fix.position.height_m, fix.position.height_m - epoch.geoid_undulation_m};
 }
 
-/// Position fix flags. A rover of a moving base states how the vector from it was made, though its position
+/// Position fix flags. A rover of a moving base reports the kind of the baseline vector, though its position
 /// is single (ZED-F9P Integration Manual, "RTK rover mode output in messages").
 std::uint8_t flags_of(const positioning::Fix& fix) {
   const bool of_vector = fix.measured() && fix.baseline && fix.baseline->moving_base;
   return codes_of(of_vector ? fix.baseline->kind : fix.kind()).ubx_flags;
 }
 
-/// lastCorrectionAge: 0 not known, n from the n-1st of these ages on.
+/// lastCorrectionAge: 0 unknown, n from the (n-1)th of these ages on.
 std::uint64_t correction_age(const positioning::Fix& fix) {
   constexpr std::array kFrom_s{1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0, 120.0};
   if (!corrected(fix.kind()) || !fix.correction_age_s) return 0;
@@ -77,7 +77,7 @@ double dop(const positioning::Fix& fix, double positioning::Dop::*member) {
   return fix.solved() && fix.dop ? std::min((*fix.dop).*member, 99.99) : 99.99;
 }
 
-/// The share of HDOP in a direction, as the covariance divides it.
+/// The part of HDOP in a direction, in proportion to the covariance.
 double horizontal_dop(const positioning::Fix& fix, int axis) {
   if (!fix.solved() || !fix.dop) return 99.99;
   const Eigen::Matrix3d& p = fix.covariance_enu;
@@ -120,7 +120,7 @@ std::string pvt(const UbxEpoch& epoch) {
 // NAV-STATUS, 3.15.18.
 std::string status(const UbxEpoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
-  // spoofDetState: 0 unknown, 1 none, 2 indicated, 3 multiple indications, as the states count.
+  // spoofDetState: 0 unknown, 1 none, 2 indicated, 3 multiple indications, by the number of states.
   const auto spoofing = static_cast<std::uint64_t>(epoch.seen.spoofing);
   Payload p;
   const std::uint64_t flags = flags_of(fix), carrier = flags & (kUbxFloat | kUbxFixed);
@@ -178,7 +178,8 @@ std::string position(const UbxEpoch& epoch) {
 std::string precise_position(const UbxEpoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
   const Quality q = quality_of(fix);
-  // Hundredths of the field's step in all; truncated towards zero, as the remainder has the value's sign.
+  // Total in hundredths of the field's step; truncated towards zero, since the remainder has the value's
+  // sign.
   const auto hundredths = [](double value, double step) { return std::llround(value / step * 100); };
   const std::int64_t values[]{hundredths(degrees_of(fix, &geodesy::Geodetic::longitude_rad), 1e-7),
                               hundredths(degrees_of(fix, &geodesy::Geodetic::latitude_rad), 1e-7),
@@ -243,8 +244,8 @@ std::string covariance(const UbxEpoch& epoch) {
   return p.bytes();
 }
 
-// NAV-PL, 3.15.9: bounds that one error in twenty exceeds on each axis (TMIR 5 % an epoch), by the stated
-// covariance and the normal law. Frame 1: north, east, down.
+// NAV-PL, 3.15.9: bounds exceeded by one error in twenty on each axis (TMIR 5 % per epoch), from the reported
+// covariance and the normal distribution. Frame 1: north, east, down.
 std::string protection_level(const UbxEpoch& epoch) {
   constexpr double kFactor = 1.959964;  // two-sided 95 %
   const positioning::Fix& fix = epoch.seen.fix;
@@ -264,14 +265,13 @@ std::string protection_level(const UbxEpoch& epoch) {
   return p.zeros(4).bytes();
 }
 
-// NAV-TIMELS, 3.15.27: the difference of GPS and UTC and the latest leap second, as GPS's messages state
-// them.
+// NAV-TIMELS, 3.15.27: the difference of GPS and UTC and the latest leap second, as in GPS's messages.
 std::string leap_second(const UbxEpoch& epoch) {
   constexpr int kByGps = 2;
   const geodesy::GpsTime now = epoch.seen.time;
   const int seconds = geodesy::leap_seconds(now);
   const geodesy::GpsTime changed = geodesy::last_leap_second(now);
-  const geodesy::GpsTime day_before = changed - (seconds + 1);  // the day at whose end it was
+  const geodesy::GpsTime day_before = changed - (seconds + 1);  // the day that ended with it
   Payload p;
   p.u4(itow(epoch)).u1(0).zeros(3).u1(kByGps).u1(seconds).u1(kByGps).u1(0);
   p.u4(static_cast<std::int64_t>(std::floor(changed - now))).u2(day_before.week());
@@ -294,11 +294,11 @@ std::string relative_position(const UbxEpoch& epoch) {
                                  geodesy::enu_from_ecef_rotation(fix.position).transpose();
     b.vector_enu = turn * b.vector_enu;
     b.covariance_enu = turn * b.covariance_enu * turn.transpose();
-    const Eigen::Vector3d along = b.vector_enu.normalized();  // of no length: 0
+    const Eigen::Vector3d along = b.vector_enu.normalized();  // zero length: 0
     length_sigma_m = std::sqrt(along.dot(b.covariance_enu * along));
     heading_deg = geodesy::degrees(b.heading_rad());
     heading_sigma_deg = std::min(180.0, geodesy::degrees(b.heading_sigma_rad()));
-    constexpr double kReliable_deg = 5;  // u-blox states no figure
+    constexpr double kReliable_deg = 5;  // u-blox gives no number
     flags |= (heading_sigma_deg <= kReliable_deg ? 1 : 0) << 8;
   }
   const Eigen::Vector3d& v = b.vector_enu;
@@ -320,7 +320,7 @@ std::string relative_position(const UbxEpoch& epoch) {
 
 }  // namespace
 
-// RXM-RTCM, 3.17.6, version 2. 65535: the message names no station.
+// RXM-RTCM, 3.17.6, version 2. 65535: no station in the message.
 std::string rtcm_payload(const ReceivedRtcm& received) {
   const int used = received.used ? (*received.used ? 2 : 1) : 0;
   Payload p;

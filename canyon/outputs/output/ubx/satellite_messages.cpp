@@ -38,26 +38,26 @@ std::uint64_t quality(const SignalObservation& signal) {
   return signal.measurement->carrier_phase_cycles ? 7 : 4;
 }
 
-/// freqId: of GLONASS the channel + 7.
+/// freqId: for GLONASS the channel + 7.
 std::uint64_t frequency(gnss::SatelliteId id, const std::map<gnss::SatelliteId, int>& channels) {
   if (id.system != gnss::System::GLONASS) return 0;
   const auto channel = channels.find(id);
   return static_cast<std::uint64_t>((channel == channels.end() ? 0 : channel->second) + 7);
 }
 
-/// The largest n in [least, 15] with base 2^n <= sigma. A recorded NEO-F9P, whose noise in a laboratory is
-/// known, states the step below it; and none states less than 0.08 m.
+/// The largest n in [least, 15] with base 2^n <= sigma. A recorded NEO-F9P with known noise in a laboratory
+/// reports the next lower step; no recorded value is below 0.08 m.
 std::uint64_t doubling(double sigma, double base, double least) {
   return static_cast<std::uint64_t>(std::clamp(std::floor(std::log2(sigma / base) + 1e-9), least, 15.0));
 }
 
-/// Which corrections a solution uses of a satellite in it: of the codes (bit 0), of the phases (bit 1).
+/// Corrections of a satellite used in a solution: code (bit 0), phase (bit 1).
 std::uint64_t corrections(const receiver::ReceiverEpoch& seen, bool used) {
   if (!used || !corrected(seen.fix.kind())) return 0;
   return seen.fix.kind() == positioning::FixKind::Differential ? 1 : 3;
 }
 
-/// Numbers from `first` to `last` of a system, moved by `offset`.
+/// Numbers from `first` to `last` of a system, shifted by `offset`.
 struct Range {
   System system;
   std::uint8_t gnss;
@@ -87,7 +87,7 @@ std::string nav_sat(const UbxEpoch& epoch) {
     list.u2(azimuth_deg(s.azimuth_rad));
     list.signed_field(positioning::residual_m(epoch.seen.fix, s.id).value_or(0), 0.1, 2);
     const std::uint64_t corrections_used = corrections(epoch.seen, used);
-    // A measured satellite is healthy, and a known ephemeris gives its orbit. Corrections are RTCM's.
+    // A measured satellite is healthy; its orbit is from a known ephemeris. Corrections are from RTCM.
     list.u4(quality(s) | (used ? 1 << 3 : 0) | (s.measurement ? 1 << 4 | 1 << 8 | 1 << 11 : 0) |
             (corrections_used != 0 ? 1 << 6 | 1 << 17 : 0) | corrections_used << 20);
   }
@@ -154,7 +154,7 @@ std::string rxm_rawx(const UbxEpoch& epoch) {
     ++count;
     const positioning::Measurement& m = *raw.measurement;
     double phase = raw.carrier_phase_cycles.value_or(0);
-    // u-blox's phases of geostationary BeiDou satellites are half a cycle off; readers put it back.
+    // u-blox's phases of geostationary BeiDou satellites are half a cycle off; readers correct this.
     const bool d2 = raw.id.system == gnss::System::BeiDou && message_signal(raw.id) == 1;
     if (raw.carrier_phase_cycles && d2) phase -= 0.5;
     list.r8(raw.pseudorange_m).r8(phase).r4(static_cast<float>(m.doppler_hz.value_or(0)));
@@ -184,21 +184,21 @@ std::string subframe_payload(const broadcast::SentMessage& message, Generation g
   const SatelliteName name = satellite_name(message.id).value_or(SatelliteName{});
   std::vector<std::uint32_t> words = message.words;
   if (message.id.system == gnss::System::GLONASS) {
-    // The receiver's own: superframe of the day and frame within it, both from 1.
+    // Added by the receiver: superframe of the day and frame within it, both from 1.
     const geodesy::CalendarTime moscow = geodesy::glonass_from_gps(message.start);
     const auto frame =
         static_cast<std::uint32_t>(((moscow.hour * 60 + moscow.minute) * 60 + moscow.second) / 30);
     words.push_back((frame / 5 + 1) << 16 | (frame % 5 + 1));
   }
-  // LNAV as u-blox passes it on: parity as if the bit before the word were 0, and in the highest bit of the
-  // word the bit before that one then.
+  // LNAV as output by u-blox: parity as if the bit before the word were 0; the highest bit of the word is the
+  // bit before that bit.
   if (message.id.system == gnss::System::GPS || message.id.system == gnss::System::QZSS) {
     for (std::size_t i = words.size() - 1; i > 0; --i) {
       const std::uint32_t d29 = words[i - 1] >> 1 & 1, d30 = words[i - 1] & 1;
       words[i] = (words[i] ^ (d30 != 0 ? 63U : 0U)) | (d29 ^ d30) << 31;
     }
   }
-  // Pages of E1-B come with a ninth word, which u-blox does not document; readers recognise E5b's by it.
+  // E1-B pages have a ninth word, not documented by u-blox; readers use it to recognise E5b pages.
   if (message.id.system == gnss::System::Galileo) words.push_back(0);
   Payload p;
   p.u1(name.gnss).u1(name.satellite).u1(generation == Generation::M8 ? 0 : message_signal(message.id));

@@ -18,7 +18,7 @@
 namespace canyon::output::ubx {
 namespace {
 
-/// The signal of a number that a satellite of a system sends, or null.
+/// The signal with a number that a satellite of a system sends, or null.
 const gnss::Signal* signal_of(gnss::SatelliteId id, int number) {
   for (const gnss::Signal& signal : gnss::signals_of(id.system)) {
     if (signal_number(id, signal) == number) return &signal;
@@ -41,8 +41,8 @@ TEST(SignalNumber, OfGeostationarySatellitesIsThatOfD2) {
   EXPECT_FALSE(signal_number(gps, gnss::signals_of(gps.system)[1])) << "L1C";
 }
 
-// A real receiver's RXM-RAWX: of each of its signals, the rate of the pseudorange over the Doppler is the
-// wavelength of the signal that has the number here.
+// A real receiver's RXM-RAWX: for each signal, the rate of the pseudorange divided by the Doppler is the
+// wavelength of the signal with the number here.
 TEST(SignalNumber, IsThatOfARealReceiver) {
   CANYON_SHARED_DATA(path, "ubx-longmont-20250828/gnss_1730.ubx");
   const TextFile file(path);
@@ -95,7 +95,7 @@ TEST(SignalNumber, IsThatOfARealReceiver) {
   EXPECT_EQ(known, 8);  // L1CA, L2C, L5, E1, E5a, B1C, B2a, B3I
 }
 
-/// Words of LNAV in RXM-SFRBX whose parity is that of u-blox; fails where one is not.
+/// Words of LNAV in RXM-SFRBX with u-blox's parity; fails if the parity is wrong.
 int lnav_words(std::string_view bytes) {
   constexpr std::string_view kSfrbx("\xb5\x62\x02\x13", 4);
   int words = 0;
@@ -129,7 +129,7 @@ TEST(LnavWords, HaveTheParityOfARealReceivers) {
   EXPECT_EQ(lnav_words(TextFile(path).text()), 720);
 }
 
-// A real receiver's RXM-SFRBX of BeiDou's D1: the words that Canyon sends must be coded as these are.
+// A real receiver's RXM-SFRBX of BeiDou's D1: Canyon's words must be coded in the same way.
 TEST(BeiDouWords, OfARealReceiverHaveTheParityOfTheirHalves) {
   CANYON_SHARED_DATA(path, "ubx-longmont-20250828/gnss_1730.ubx");
   const TextFile file(path);

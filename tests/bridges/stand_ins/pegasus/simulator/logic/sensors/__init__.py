@@ -1,4 +1,4 @@
-"""Stand-in of Pegasus' base of sensors (logic/sensors/sensor.py)."""
+"""Mock of Pegasus' base of sensors (logic/sensors/sensor.py)."""
 
 
 class Sensor:

@@ -1,4 +1,4 @@
-"""Stand-in of Pegasus' truth: radians, on a sphere."""
+"""Mock of Pegasus' truth: radians, on a sphere."""
 import math
 
 
