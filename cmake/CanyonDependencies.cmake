@@ -1,5 +1,5 @@
-# Shared by the build and by the installed package: the two dependencies whose Debian packages bring no usable
-# CMake target of one name.
+# Shared by the build and by the installed package: the two dependencies whose Debian packages have no usable
+# CMake target with a common name.
 if(NOT TARGET canyon_geographiclib)
   find_path(CANYON_GEOGRAPHICLIB_INCLUDE GeographicLib/Geocentric.hpp)
   find_library(CANYON_GEOGRAPHICLIB_LIBRARY NAMES GeographicLib Geographic)
@@ -12,7 +12,7 @@ if(NOT TARGET canyon_geographiclib)
                         INTERFACE_LINK_LIBRARIES "${CANYON_GEOGRAPHICLIB_LIBRARY}")
 endif()
 
-# Without Embree rays go through Canyon's own tree of boxes (canyon/city/raytrace/own_triangles.hpp).
+# Without Embree rays use Canyon's own tree of boxes (canyon/city/raytrace/own_triangles.hpp).
 if(NOT TARGET canyon_embree)
   find_path(CANYON_EMBREE_INCLUDE NAMES embree4/rtcore.h embree3/rtcore.h)
   find_library(CANYON_EMBREE_LIBRARY NAMES embree4 embree3)
@@ -22,7 +22,7 @@ if(NOT TARGET canyon_embree)
                           INTERFACE_INCLUDE_DIRECTORIES "${CANYON_EMBREE_INCLUDE}"
                           INTERFACE_LINK_LIBRARIES "${CANYON_EMBREE_LIBRARY}")
   else()
-    message(STATUS "Embree 3 or 4 not found (libembree-dev): rays go through Canyon's own tree, and a drive takes 1.4 times as long")
+    message(STATUS "Embree 3 or 4 not found (libembree-dev): rays use Canyon's own tree, and a drive takes 1.4 times as long")
     set_target_properties(canyon_embree PROPERTIES INTERFACE_COMPILE_DEFINITIONS CANYON_OWN_RAYS)
   endif()
 endif()

@@ -1,11 +1,11 @@
-# Targets of the pipeline's folders. Each folder canyon/NAME (a folder in a folder: A/B, NAME then is A_B) becomes
+# Targets of the pipeline's folders. Each folder canyon/NAME (for a nested folder A/B, NAME is A_B) becomes
 #   canyon_NAME        object library: its sources for canyon::canyon
 #   canyon_NAME_io     object library: the sources named under IO (or ALL), for canyon::io
-#   test_NAME          its *_test.cpp, linked with this folder and those above it, canyon::io's among them where it has
-#                      sources for canyon::io or says IO_TESTS
+#   test_NAME          its *_test.cpp, linked with this folder and those above it, including canyon::io's if it has
+#                      sources for canyon::io or IO_TESTS
 #   NAME_FILE_bench    one program for each *_bench.cpp, built by the target `benchmarks`
 # With CANYON_UNITY_BUILD, files of a folder are compiled several at a time (canyon_units).
-# The target `unit_tests` builds all test_NAME; ctest runs them alone by `-L unit`.
+# The target `unit_tests` builds all test_NAME; `ctest -L unit` runs only them.
 
 include(CanyonUnits)
 set(CANYON_FOLDERS "" CACHE INTERNAL "")
@@ -13,13 +13,13 @@ add_library(canyon_cxx INTERFACE)
 target_compile_features(canyon_cxx INTERFACE cxx_std_20)
 target_include_directories(canyon_cxx INTERFACE $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}>)
 
-# For Canyon's own sources only: never seen by users of the installed package.
+# For Canyon's own sources only: not used by users of the installed package.
 add_library(canyon_warnings INTERFACE)
 target_compile_options(canyon_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
                        -Woverloaded-virtual -Wcast-qual)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  # GCC frees the memory of a unit again and again as it compiles it, which takes some 8 % of the time: units have at most
-  # a sixth more of it without.
+  # GCC repeatedly frees the memory of a unit during compilation, which takes some 8 % of the time: without it, units need
+  # at most a sixth more memory.
   target_compile_options(canyon_warnings INTERFACE --param=ggc-min-expand=1000 --param=ggc-min-heapsize=1500000)
   # False alarms: overlaps and bounds in std::string's own operators (GCC bugs 105651 and 105329, GCC 12; GCC 10 builds
   # the engine with these warnings on), and from GCC 13 on members of empty std::optionals.
@@ -33,7 +33,7 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   endif()
 endif()
 if(CANYON_UNITY_BUILD)
-  # A type of an unnamed namespace in a file that another includes is none in a header here.
+  # A type of an unnamed namespace in an included file is not a type in a header here.
   target_compile_options(canyon_warnings INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endif()
 if(CANYON_WARNINGS_AS_ERRORS)
@@ -50,10 +50,10 @@ if(CANYON_BUILD_FUZZERS)
   add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
 
-# How sources are compiled: `hot` with all optimisations, where a run spends its time; `plain` and `test` with fewer in a
-# release, in three quarters of the time. What nearly every file includes from outside is parsed once for each kind; GCC
-# takes the level of optimisation from that header. No header of Canyon's is among it, so that a change rebuilds what
-# includes it and nothing else.
+# How sources are compiled: `hot` with all optimisations, for the time-critical parts; `plain` and `test` with fewer in a
+# release, in three quarters of the time. External headers included by nearly every file are parsed once for each kind; GCC
+# takes the level of optimisation from that header. No header of Canyon is in it, so that a change rebuilds only files that
+# include it.
 set(canyon_plain_options $<$<CONFIG:Release>:-O1>)
 set(canyon_test_options ${canyon_plain_options})
 if(NOT CANYON_SANITIZE AND NOT CANYON_BUILD_FUZZERS)
@@ -85,7 +85,7 @@ function(canyon_compiled target kind)
   target_compile_options(${target} PRIVATE ${canyon_${kind}_options})
   if(CANYON_PRECOMPILED_HEADERS)
     target_precompile_headers(${target} REUSE_FROM canyon_${kind}_pch)
-    target_compile_options(${target} PRIVATE -fPIC)    # for programs, too: GCC wants the flags of the header
+    target_compile_options(${target} PRIVATE -fPIC)    # also for programs: GCC requires the flags of the header
   endif()
 endfunction()
 
@@ -139,7 +139,7 @@ function(canyon_folder folder)
   set(CANYON_FOLDERS ${CANYON_FOLDERS} CACHE INTERNAL "")
 endfunction()
 
-# canyon_library(TARGET [KIND]): all folders; with LAST FOLDER that one and those above it.
+# canyon_library(TARGET [KIND]): all folders; with LAST FOLDER that folder and those above it.
 function(canyon_library target)
   cmake_parse_arguments(arg "" "LAST" "" ${ARGN})
   add_library(${target} ${arg_UNPARSED_ARGUMENTS})
@@ -181,7 +181,7 @@ function(canyon_discover_tests target prefix)
                      COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:${target}> -D PREFIX=${prefix} -D FILE=${file}
                              -D FOLDER=${canyon_SOURCE_DIR} "-DPROPERTIES=${properties}"
                              -P ${canyon_SOURCE_DIR}/cmake/discover_suites.cmake)
-  # A program that is not built yet is a test that fails and says so.
+  # For a program that is not built yet: a failing test with a message.
   set(include_file ${CMAKE_CURRENT_BINARY_DIR}/${target}_include.cmake)
   file(WRITE ${include_file} "if(EXISTS \"${file}\")\n  include(\"${file}\")\nelse()\n"
        "  add_test(${prefix}/${target}_NOT_BUILT ${target}_NOT_BUILT)\nendif()\n")
@@ -218,7 +218,7 @@ function(canyon_tests)
       list(FILTER tests EXCLUDE REGEX "_sdformat_test\\.cpp$")
       set(judged_by_sdformat "")
     endif()
-    # Objects are linked by name so that a folder that reaches below itself does not link.
+    # Objects are linked by name, so that a folder that uses folders below it does not link.
     set(linked "")
     set(above ${objects})
     if(name IN_LIST io_tests)
@@ -242,7 +242,7 @@ function(canyon_tests)
       canyon_discover_tests(test_${name} ${folder} TIMEOUT 300 LABELS unit)
       add_dependencies(unit_tests test_${name})
     endif()
-    # Benchmarks are built by the target `benchmarks` alone, and link the libraries as a user does.
+    # Benchmarks are built only by the target `benchmarks`, and link the libraries like a user.
     if(CANYON_BUILD_BENCHMARKS)
       file(GLOB benches CONFIGURE_DEPENDS ${dir}/*_bench.cpp)
       foreach(bench IN LISTS benches)

@@ -1,9 +1,9 @@
 get_filename_component(canyon_root ${CMAKE_CURRENT_LIST_DIR}/.. ABSOLUTE)
 
-# canyon_units(RESULT TARGET FILE...): what to compile for these files. Most of the time of a small file goes into the
-# headers that its neighbours include as well. So with CANYON_UNITY_BUILD, files are included one after the other in
+# canyon_units(RESULT TARGET FILE...): the units to compile for these files. Most of the time of a small file is for
+# headers that its neighbours also include. So with CANYON_UNITY_BUILD, files are included one after the other in
 # generated files of up to unit_bytes of source. Names of unnamed namespaces must then differ within a folder. Includes
-# are relative to the repository, so that the compiler's cache knows the units of another clone. Tests have smaller
+# are relative to the repository, so that the compiler's cache is valid for another clone. Tests have smaller
 # units: their own code takes most of their time, and a large unit of them takes 3 GB of memory. Files that include the
 # headers of RTKLIB or SDFormat are compiled alone: the first define macros, the second take most of the time.
 function(canyon_units result target)

@@ -1,4 +1,4 @@
-# The drives and the small estimator of `canyon bench` become a source, so that no program needs to find them when it runs.
+# The drives and the small estimator of `canyon bench` become a source, so that programs need no files at run time.
 foreach(text drives.yaml drives-1.yaml ekf.py)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/examples/bench/${text})
   string(REGEX REPLACE "[.-]" "_" name ${text})

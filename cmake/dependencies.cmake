@@ -1,4 +1,4 @@
-# The libraries that Canyon needs. Each is a package of Debian 11, Debian 12 and Ubuntu 24.04; `./run` installs it.
+# Canyon's libraries. Each is a package of Debian 11, Debian 12 and Ubuntu 24.04; `./run` installs it.
 find_package(Eigen3 3.3 REQUIRED NO_MODULE)
 find_package(fmt REQUIRED)
 find_package(TBB REQUIRED)
@@ -8,11 +8,11 @@ find_package(LibArchive REQUIRED)
 find_package(Threads REQUIRED)
 find_package(Boost 1.74 REQUIRED)    # headers only, and none in Canyon's own headers
 
-# canyon_soname(RESULT LIBRARY): the name by which a program loads it.
+# canyon_soname(RESULT LIBRARY): the name used by programs to load it.
 function(canyon_soname result library)
   execute_process(COMMAND ${CMAKE_READELF} -d ${library} OUTPUT_VARIABLE text)
   if(NOT text MATCHES "SONAME[^[]*\\[(lib[^] ]*)\\]")
-    message(FATAL_ERROR "${library} does not say its name as a shared library")
+    message(FATAL_ERROR "${library} has no shared library name")
   endif()
   set(${result} ${CMAKE_MATCH_1} PARENT_SCOPE)
 endfunction()
@@ -25,20 +25,20 @@ if(MPI_C_FOUND AND MPI_C_LIBRARIES)
   target_include_directories(canyon_mpi_headers SYSTEM INTERFACE ${MPI_C_INCLUDE_DIRS})
   target_compile_definitions(canyon_mpi_headers INTERFACE CANYON_MPI_LIBRARY="${library}")
 else()
-  message(STATUS "SKIPPED: heat maps and studies on several machines (there is no MPI; Debian: libopenmpi-dev)")
+  message(STATUS "SKIPPED: heat maps and studies on several machines (MPI not found; Debian: libopenmpi-dev)")
 endif()
 
 # Debian packages GeographicLib's find module, not its CMake package, and Embree's package does not define a
-# target in every version; both are therefore plain targets made here and in canyonConfig.cmake alike.
+# target in every version; both are therefore plain targets defined here and in canyonConfig.cmake.
 include(${CMAKE_CURRENT_LIST_DIR}/CanyonDependencies.cmake)
 
 find_package(nlohmann_json 3.9 REQUIRED)
 
 add_library(canyon_io_needs INTERFACE)
-add_library(canyon_tile_codecs INTERFACE)    # which of the libraries for compressed glTF there are
+add_library(canyon_tile_codecs INTERFACE)    # the available libraries for compressed glTF
 if(CANYON_BUILD_IO)
   include(${CMAKE_CURRENT_LIST_DIR}/CanyonIoDependencies.cmake)
-  # GDAL is not linked: canyon/city/buildings/sources/gdal.hpp loads it when it is asked for.
+  # GDAL is not linked: canyon/city/buildings/sources/gdal.hpp loads it on demand.
   pkg_check_modules(gdal QUIET REQUIRED IMPORTED_TARGET GLOBAL gdal)
   list(GET gdal_LINK_LIBRARIES 0 CANYON_GDAL_LIBRARY)
   canyon_soname(gdal_file ${CANYON_GDAL_LIBRARY})
@@ -56,19 +56,19 @@ if(CANYON_BUILD_CLI)
   find_package(CLI11 REQUIRED)
 endif()
 if(CANYON_BUILD_TESTS)
-  # CMake 3.18's own find module knows no gmock.
+  # CMake 3.18's own find module does not support gmock.
   find_package(GTest CONFIG REQUIRED)
   if(CANYON_BUILD_BENCHMARKS)
     find_package(benchmark REQUIRED)
   endif()
-  # RTKLIB judges the orbits (*_rtklib_test.cpp). A judge that is missing is said, not passed over in silence.
+  # RTKLIB checks the orbits (*_rtklib_test.cpp). A missing program is reported.
   find_library(CANYON_RTKLIB NAMES RTKLib)
   if(NOT CANYON_RTKLIB)
-    message(WARNING "libRTKLib is not installed (Debian: librtklib-dev): the tests that judge orbits by RTKLIB "
+    message(WARNING "libRTKLib is not installed (Debian: librtklib-dev): the tests that check orbits with RTKLIB "
                     "are LEFT OUT of this build")
   endif()
-  # SDFormat judges the Gazebo worlds and models (*_sdformat_test.cpp). By pkg-config: its CMake package brings
-  # Gazebo's whole build system along.
+  # SDFormat checks the Gazebo worlds and models (*_sdformat_test.cpp). With pkg-config: its CMake package includes
+  # Gazebo's complete build system.
   set(CANYON_SDFORMAT "")
   find_package(PkgConfig)
   if(PKG_CONFIG_FOUND)
@@ -77,8 +77,8 @@ if(CANYON_BUILD_TESTS)
   if(sdformat_FOUND)
     set(CANYON_SDFORMAT PkgConfig::sdformat)
   else()
-    message(WARNING "libsdformat 12 to 14 is not installed (Debian 12: libsdformat-dev): the tests that judge "
-                    "Gazebo worlds by SDFormat are LEFT OUT of this build")
+    message(WARNING "libsdformat 12 to 14 is not installed (Debian 12: libsdformat-dev): the tests that check "
+                    "Gazebo worlds with SDFormat are LEFT OUT of this build")
   endif()
   add_library(canyon_test_support INTERFACE)
   target_include_directories(canyon_test_support INTERFACE ${CMAKE_CURRENT_SOURCE_DIR})
@@ -91,5 +91,5 @@ const char* const canyon_build_dir = \"${CMAKE_BINARY_DIR}\";\n")
   target_link_libraries(canyon_test_support INTERFACE canyon_source_dir)
   add_library(canyon_test_main STATIC tests/support/main.cpp)
   target_link_libraries(canyon_test_main PUBLIC GTest::gtest)
-  include(GoogleTest)    # of hosts, whose tests each need a process of their own
+  include(GoogleTest)    # for hosts, whose tests each need a separate process
 endif()

@@ -1,6 +1,6 @@
-# Writes the ctest entries of a GoogleTest program, one a suite: a start of a program that links GDAL takes 70 to 80 ms,
-# and what a suite sets up once is set up once.
-# PROGRAM; PREFIX: of their names; FOLDER: the working directory; PROPERTIES: of all entries; FILE: what ctest includes.
+# Writes the ctest entries of a GoogleTest program, one per suite: starting a program that links GDAL takes 70 to 80 ms,
+# and the setup of a suite is done once.
+# PROGRAM; PREFIX: of their names; FOLDER: the working directory; PROPERTIES: of all entries; FILE: included by ctest.
 cmake_policy(VERSION 3.18)
 execute_process(COMMAND ${PROGRAM} --gtest_list_tests WORKING_DIRECTORY ${FOLDER} TIMEOUT 60
                 OUTPUT_VARIABLE list RESULT_VARIABLE result)
@@ -10,7 +10,7 @@ endif()
 string(REGEX MATCHALL "[^\n]+" lines "${list}")
 set(text "")
 foreach(line IN LISTS lines)
-  # "Suite." or "Suite/0.  # TypeParam = double"; lines of tests begin with spaces, a program's own end with no point.
+  # "Suite." or "Suite/0.  # TypeParam = double"; lines of tests begin with spaces, other output of a program does not end with a point.
   if(line MATCHES "^([A-Za-z_0-9/]+)\\.( *#.*)?$")
     set(name "${PREFIX}/${CMAKE_MATCH_1}")
     string(APPEND text "add_test([==[${name}]==] [==[${PROGRAM}]==] [==[--gtest_filter=${CMAKE_MATCH_1}.*]==])\n"

@@ -1,10 +1,10 @@
-# Whether Gazebo Sim is here: CANYON_BUILD_GZ_SIM becomes ON or OFF, CANYON_GZ_SIM_LIBRARIES what its systems link, and
-# CANYON_GZ_SDFORMAT the SDF library that it is linked with.
+# Searches Gazebo Sim: CANYON_BUILD_GZ_SIM becomes ON or OFF, CANYON_GZ_SIM_LIBRARIES the libraries of its systems, and
+# CANYON_GZ_SDFORMAT the SDF library linked with it.
 if(CANYON_BUILD_GZ_SIM STREQUAL "AUTO" AND CANYON_BUILD_GAZEBO)
-  set(CANYON_BUILD_GZ_SIM OFF)    # the two Gazebos bring different SDF libraries
+  set(CANYON_BUILD_GZ_SIM OFF)    # the two Gazebos need different SDF libraries
 elseif(CANYON_BUILD_GZ_SIM STREQUAL "AUTO" OR CANYON_BUILD_GZ_SIM)
   if(CANYON_BUILD_GAZEBO)
-    message(FATAL_ERROR "CANYON_BUILD_GAZEBO and CANYON_BUILD_GZ_SIM need build folders of their own")
+    message(FATAL_ERROR "CANYON_BUILD_GAZEBO and CANYON_BUILD_GZ_SIM need separate build folders")
   endif()
   # Packages of Jetty (no number in their names), Ionic and Harmonic.
   foreach(release "10 gz-sim gz-plugin sdformat gz-common" "9 gz-sim9 gz-plugin3 sdformat15 gz-common6"
@@ -23,7 +23,7 @@ elseif(CANYON_BUILD_GZ_SIM STREQUAL "AUTO" OR CANYON_BUILD_GZ_SIM)
     find_package(${plugin} REQUIRED COMPONENTS register)
     find_package(${common} REQUIRED COMPONENTS graphics geospatial)
     set(CANYON_GZ_SIM_LIBRARIES ${sim}::core ${plugin}::register ${common}::graphics ${common}::geospatial)
-    # gz-sim looks for systems here, wherever it is installed.
+    # gz-sim searches systems here, for any installation path.
     get_filename_component(CANYON_GZ_SIM_PLUGINS "${${sim}_DIR}/../../gz-sim-${${sim}_VERSION_MAJOR}/plugins" ABSOLUTE)
     message(STATUS "Gazebo Sim ${${sim}_VERSION}: its systems are built")
     set(CANYON_BUILD_GZ_SIM ON)
@@ -31,6 +31,6 @@ elseif(CANYON_BUILD_GZ_SIM STREQUAL "AUTO" OR CANYON_BUILD_GZ_SIM)
     set(CANYON_BUILD_GZ_SIM OFF)
     message(STATUS "SKIPPED: the systems for Gazebo Sim and their tests (CMake finds no gz-sim 8, 9 or 10)")
   else()
-    message(FATAL_ERROR "CANYON_BUILD_GZ_SIM is ON, and CMake finds no gz-sim 8, 9 or 10 (CMAKE_PREFIX_PATH)")
+    message(FATAL_ERROR "CANYON_BUILD_GZ_SIM is ON, but CMake finds no gz-sim 8, 9 or 10 (CMAKE_PREFIX_PATH)")
   endif()
 endif()

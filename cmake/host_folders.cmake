@@ -1,4 +1,4 @@
-# The folders of files for hosts. A Debian package puts them where the host looks, so that no variable is needed.
+# The folders of files for hosts. A Debian package installs them in the host's search paths, so that no variable is needed.
 set(CANYON_PLUGIN_FOLDER ${CMAKE_INSTALL_LIBDIR})
 set(CANYON_ROS2_FOLDER .)
 if(CANYON_PACKAGE)

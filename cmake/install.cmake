@@ -1,4 +1,4 @@
-# The installed package: find_package(canyon) gives canyon::canyon and, where built, canyon::io.
+# The installed package: find_package(canyon) defines canyon::canyon and, if built, canyon::io.
 include(CMakePackageConfigHelpers)
 set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME development)
 set(targets canyon)

@@ -1,6 +1,6 @@
-# Installs the public headers: those that the umbrella headers reach by #include. Runs at installation, so that it
-# follows the sources as they are then. tests/lint.sh checks what they may include.
-# CANYON_SOURCE: the repository; CANYON_UMBRELLAS: canyon/canyon.hpp ...; CANYON_INCLUDE: where to
+# Installs the public headers: those included by the umbrella headers. Runs at installation, so that it
+# uses the sources at that time. tests/lint.sh checks their includes.
+# CANYON_SOURCE: the repository; CANYON_UMBRELLAS: canyon/canyon.hpp ...; CANYON_INCLUDE: target
 cmake_policy(VERSION 3.18)
 set(waiting ${CANYON_UMBRELLAS})
 set(public_headers "")

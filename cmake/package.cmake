@@ -1,4 +1,4 @@
-# Debian packages of this release, by CPack: canyon, libcanyon-dev, python3-canyon, and those of the hosts found here.
+# Debian packages of this release, with CPack: canyon, libcanyon-dev, python3-canyon, and those of the hosts found here.
 # `./run package` makes them.
 if(NOT CANYON_PACKAGE)
   return()
@@ -34,7 +34,7 @@ set(about "It reads a city from maps or meshes and broadcast ephemerides, traces
 set(CPACK_DEBIAN_COMMAND_PACKAGE_NAME canyon)
 set(CPACK_DEBIAN_COMMAND_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_COMMAND_PACKAGE_RECOMMENDS fonts-dejavu-core)
-set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS openmpi-bin)    # loaded late, where mpirun is
+set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS openmpi-bin)    # loaded late, if mpirun exists
 set(CPACK_COMPONENT_COMMAND_DESCRIPTION "simulator of GNSS receivers in cities\n${about}")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libcanyon-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
@@ -81,7 +81,7 @@ if(CANYON_BUILD_GAZEBO OR CANYON_BUILD_GZ_SIM)
     add_dependencies(packaged MultipathSensorPlugin GNSSMultipathSensorPlugin GNSSMultipathModelPlugin CanyonDrivePlugin)
   else()
     set(CPACK_DEBIAN_GAZEBO_PACKAGE_NAME canyon-gz-sim)
-    if(CPACK_DEBIAN_ROS2_PACKAGE_NAME)    # then it publishes to ROS 2 from within
+    if(CPACK_DEBIAN_ROS2_PACKAGE_NAME)    # then the plugin itself publishes to ROS 2
       set(CPACK_DEBIAN_GAZEBO_PACKAGE_DEPENDS "${CPACK_DEBIAN_ROS2_PACKAGE_NAME} (= ${PROJECT_VERSION})")
     endif()
     set(CPACK_COMPONENT_GAZEBO_DESCRIPTION "${of_sensor} Gazebo Sim\n${about}")
@@ -89,7 +89,7 @@ if(CANYON_BUILD_GAZEBO OR CANYON_BUILD_GZ_SIM)
   endif()
 endif()
 
-# dpkg-shlibdeps does not see the library that is loaded late (canyon/city/buildings/sources/gdal.hpp).
+# dpkg-shlibdeps does not detect the library that is loaded late (canyon/city/buildings/sources/gdal.hpp).
 if(CANYON_BUILD_IO)
   get_filename_component(path ${CANYON_GDAL_LIBRARY} REALPATH)
   execute_process(COMMAND dpkg-query -S ${path} OUTPUT_VARIABLE package)

@@ -1,5 +1,5 @@
-# profiles/*.yaml become a source of canyon_run_scenario, so that no program needs to find them when it runs. They are
-# installed as well, to be read and copied.
+# profiles/*.yaml become a source of canyon_run_scenario, so that programs need no files at run time. They are
+# also installed, for reading and copying.
 set(CANYON_PROFILE_SOURCE ${CMAKE_CURRENT_BINARY_DIR}/generated/built_in_profiles.cpp)
 file(GLOB profiles CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/../profiles/*.yaml)
 list(SORT profiles)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Passes ninja's output on into a log and shows how far it is, since when, and how long is left if the rest takes as long
-# a step: one line that is written over on a terminal, else a line every half minute.
+# Writes ninja's output to a log and shows the progress, the elapsed time, and the remaining time if the rest takes as long
+# per step: one overwritten line on a terminal, else a line every half minute.
 # usage: cmake --build ... 2>&1 | progress.sh LOG
 set -u
 shown=$SECONDS width=$(tput cols 2>/dev/null || echo 80)

@@ -1,4 +1,4 @@
-# AUTO: the Python package is built where pybind11, Python's headers and NumPy are here.
+# AUTO: the Python package is built if pybind11, Python's headers and NumPy are installed.
 if(CANYON_BUILD_PYTHON)
   set(canyon_python_missing "")
   if(NOT CANYON_BUILD_IO)
@@ -6,12 +6,12 @@ if(CANYON_BUILD_PYTHON)
   elseif(CANYON_SANITIZE)
     set(canyon_python_missing "an interpreter with the sanitizers of CANYON_SANITIZE")
   else()
-    # The system's own Python has the packages that `./run` installs; -DPython3_EXECUTABLE= names another.
+    # The system's Python has the packages installed by `./run`; -DPython3_EXECUTABLE= selects another.
     if(NOT Python3_EXECUTABLE AND EXISTS /usr/bin/python3)
       set(Python3_EXECUTABLE /usr/bin/python3)
     endif()
     find_package(Python3 3.9 QUIET COMPONENTS Interpreter Development.Module NumPy)
-    set(PYBIND11_NOPYTHON ON)    # it would look for a Python of its own
+    set(PYBIND11_NOPYTHON ON)    # it would search for another Python
     find_package(pybind11 2.6 QUIET)
     if(NOT Python3_FOUND)
       set(canyon_python_missing "Python 3.9 with its headers and NumPy (Debian: python3-dev python3-numpy)")
@@ -26,6 +26,6 @@ if(CANYON_BUILD_PYTHON)
     set(CANYON_BUILD_PYTHON OFF)
     message(STATUS "SKIPPED: the Python package and its tests (there is no ${canyon_python_missing})")
   else()
-    message(FATAL_ERROR "CANYON_BUILD_PYTHON is ON, and there is no ${canyon_python_missing}")
+    message(FATAL_ERROR "CANYON_BUILD_PYTHON is ON, but there is no ${canyon_python_missing}")
   endif()
 endif()

@@ -1,5 +1,5 @@
 install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/canyon COMPONENT command PATTERN __pycache__ EXCLUDE)
-# Manual pages and completion, which the program itself writes.
+# Manual pages and completion, written by the program itself.
 set(written ${CMAKE_CURRENT_BINARY_DIR}/written)
 add_custom_target(reference DEPENDS canyon_cli COMMAND ${CMAKE_COMMAND} -E make_directory ${written}
                   COMMAND canyon_cli manual --out ${written}/man COMMAND gzip -9nf ${written}/man/*.1

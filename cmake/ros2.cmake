@@ -1,4 +1,4 @@
-# AUTO: what belongs to ROS 2 is built where an ament environment with what it needs is sourced.
+# AUTO: the ROS 2 parts are built if an ament environment with their dependencies is sourced.
 if(CANYON_BUILD_ROS2 STREQUAL AUTO)
   set(CANYON_BUILD_ROS2 OFF)
   if("$ENV{ROS_VERSION}" STREQUAL "2")
@@ -11,6 +11,6 @@ if(CANYON_BUILD_ROS2 STREQUAL AUTO)
   if(CANYON_BUILD_ROS2)
     message(STATUS "ROS 2 $ENV{ROS_DISTRO}: its node is built")
   else()
-    message(STATUS "SKIPPED: the node of ROS 2 and its tests (no environment of ROS 2 with rclcpp is sourced)")
+    message(STATUS "SKIPPED: the ROS 2 node and its tests (no ROS 2 environment with rclcpp is sourced)")
   endif()
 endif()

@@ -1,7 +1,7 @@
-# The viewer's page is built by Node.js (./run view), never by this build: the program looks for it when it runs. Where it
-# is there it is installed.
+# The viewer's page is built by Node.js (./run view), never by this build: the program searches it at run time. If it
+# exists it is installed.
 if(TARGET canyon_outputs_view_io)
-  # A file of its own, so that the compiler's cache knows all other files in another clone.
+  # A separate file, so that the compiler's cache is valid for all other files in another clone.
   set(file ${CMAKE_BINARY_DIR}/generated/viewer_page.cpp)
   file(GENERATE OUTPUT ${file} CONTENT "#include \"canyon/outputs/view/page.hpp\"\n
 const char* const canyon::view::built_page = \"${CMAKE_CURRENT_SOURCE_DIR}/viewer/dist/viewer.html\";\n")

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs the installed-looking program as a user does and checks exit status, messages and files.
+# Runs the program like a user and checks exit status, messages and files.
 # usage: tests/cli/cli_test.sh CANYON_PROGRAM CASE
 set -u
 canyon=$1 case=$2
@@ -17,7 +17,7 @@ runs() {
   timeout 120 "$@" >out 2>err; status=$?
   [ "$status" -eq "$want" ] || { fail "exit status $status instead of $want: $*"; cat err; }
 }
-# says FILE TEXT...: every text stands in the file.
+# says FILE TEXT...: every text is in the file.
 says() {
   local file=$1 text; shift
   for text in "$@"; do grep -qF -- "$text" "$file" || { fail "$file does not say '$text':"; cat "$file"; }; done
@@ -26,13 +26,13 @@ says() {
 one_line() {
   [ "$(grep -c '^canyon: ' err)" -eq 1 ] && tail -n 1 err | grep -q '^canyon: ' || { fail "not one line of error:"; cat err; }
 }
-# schema_holds FILE: a view's header is what viewer/schema.json says.
+# schema_holds FILE: a view's header conforms to viewer/schema.json.
 schema_holds() {
   python3 -c 'import jsonschema' 2>/dev/null || { echo "SKIPPED: the schema (no python3-jsonschema)"; return; }
   python3 -c 'import json, sys, jsonschema; jsonschema.validate(json.load(open(sys.argv[1])), json.load(open(sys.argv[2])))' \
     "$1" "$root/viewer/schema.json" || fail "$1 is not what the schema says"
 }
-# local_tileset FILE: a tile of one triangle, and one that is missing.
+# local_tileset FILE: a tile of one triangle, and a missing one.
 local_tileset() {
   local box='"boundingVolume":{"sphere":[0,0,0,20]},"geometricError":'
   local floats; floats=$(printf '%b' '\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x10A\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x10A\0\0\0\0' | base64 -w 0)
@@ -57,7 +57,7 @@ rate_hz: 1
 outputs: {pictures: false}
 Y
 
-# Two buildings at 48 N, 11 E: one of 30 m, one that says only that it is a house, 80 m east of it.
+# Two buildings at 48 N, 11 E: one of 30 m, one tagged only as a house, 80 m east of it.
 block_osm() {
   cat <<'X'
 <?xml version="1.0" encoding="UTF-8"?>
@@ -76,8 +76,8 @@ block_osm() {
 X
 }
 
-# needs_ranks COMMAND...: skips the case where there is no mpirun, and checks that one of two processes without MPI's
-# library refuses, for each would compute the whole, and that one alone, in a job of Slurm too, needs none. Sets ranks.
+# needs_ranks COMMAND...: skips the case without mpirun, and checks that one of two processes without MPI's
+# library fails, since each would compute everything, and that a single one, also in a Slurm job, needs none. Sets ranks.
 needs_ranks() {
   command -v mpirun >/dev/null || { echo "SKIPPED: mpirun is not installed"; exit 77; }
   mkdir absent
@@ -85,7 +85,7 @@ needs_ranks() {
   runs 2 env LD_LIBRARY_PATH=absent OMPI_COMM_WORLD_RANK=0 OMPI_COMM_WORLD_SIZE=2 "$@"
   one_line; says err "libmpi.so" "cannot be loaded" openmpi-bin "--shard K/N"
   runs 0 env LD_LIBRARY_PATH=absent OMPI_COMM_WORLD_RANK=0 OMPI_COMM_WORLD_SIZE=1 SLURM_PROCID=0 SLURM_NTASKS=8 "$@"
-  # As root (containers), on machines of one core, and beside other tests, as well.
+  # Also as root (containers), on machines with one core, and in parallel with other tests.
   export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1
   export PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe
   ranks=(mpirun --bind-to none -n)
@@ -105,7 +105,7 @@ lose_a_rank() {
   wait "$program" && fail "a lost rank went unnoticed"
 }
 
-# Maps of a receiver whose signals have a strength take a thousand times as long.
+# Maps of a receiver with signal strength take a thousand times as long.
 case $case in heatmap*) echo 'receivers: [{profile: ideal, elevation_mask_deg: 10, noise: {enabled: true}}]' >>small.yaml ;; esac
 
 case $case in
@@ -115,7 +115,7 @@ help)
   runs 0 "$canyon" simulate --help
   says out --out --seed --duration --rate --threads --quiet rinex_observation pictures "canyon scenario keys"
   runs 0 "$canyon" scenario keys; says out elevation_mask_deg height_above_terrain_m
-  # Each command takes --quiet: those of the last block of each help.
+  # Each command accepts --quiet and the options in the last block of each help.
   commands_of() { "$canyon" "$@" --help | awk '/^S[Uu][Bb][Cc][Oo][Mm][Mm][Aa][Nn][Dd][Ss]/ {on = 1; next} /^[^ ]/ {on = 0} on && /^  [a-z]/ {print $1}'; }
   for command in $(commands_of); do
     "$canyon" "$command" --help | grep -q -- --quiet || [ -n "$(commands_of "$command")" ] || fail "$command takes no --quiet"
@@ -125,13 +125,13 @@ help)
   done
   runs 0 "$canyon" profiles --quiet; says out ublox-m10
   runs 0 "$canyon" faults list --quiet; runs 0 "$canyon" scenario schema --quiet
-  # Without a command: the help. A word or option that is none: what was probably meant.
+  # Without a command: the help. An unknown word or option: a hint with the closest known one.
   runs 2 "$canyon"; says err simulate heatmap "Exit status"
   runs 2 "$canyon" simulat; one_line; says err "no command 'simulat'" "did you mean 'simulate'?"
   runs 2 "$canyon" city inof small.yaml; one_line; says err "no command 'inof'" "'info'"
   runs 2 "$canyon" city xyzzy; one_line; says err "no command 'xyzzy'" "info, build"
   runs 2 "$canyon" simulat --help; one_line; says err "did you mean 'simulate'?"
-  # Output that nobody takes: told, or no fault where a reader has seen enough; a run ends with its files.
+  # Output without a reader: reported, or no error if a reader has closed its end; a run ends with its files.
   for words in "--help" "scenario keys" "check small.yaml"; do
     "$canyon" $words 2>err >/dev/full && fail "rc 0 of $words to a full disk"
     says err "standard output cannot be written: No space left on device"
@@ -145,7 +145,7 @@ help)
   runs 2 "$canyon" simulate small.yaml --colour; one_line; says err "canyon simulate --help"
   runs 2 "$canyon" simulate small.yaml ;;
 odd)
-  # Input that may be right and is mostly a mistake: a warning, and the run.
+  # Valid input that is usually a mistake: a warning, and the run.
   sed 's/^start.*/start: 2026-03-01T10:00:00/; s/speed_mps.*/speed_mps: 2000/' small.yaml >odd.yaml
   runs 0 "$canyon" simulate odd.yaml --out res
   says err "start: 2026-03-01T10:00:00 has no time zone" "taken as UTC" "no vehicle moves at 2000 m/s"
@@ -165,7 +165,7 @@ odd)
   sed 's/^start.*/start: 1980-01-06T00:00:00Z/' small.yaml >first.yaml
   runs 0 "$canyon" simulate first.yaml --out first --quiet ;;
 check)
-  # Each kind of file that the cases have, by one command.
+  # Each kind of file of the cases, by one command.
   cp -r "$root"/tests/data/cases/* .
   runs 0 "$canyon" check nmea-gnsslogger/log.nmea; says out 'recorded path (nmea)' '2024-05-01' 'good for'
   runs 0 "$canyon" check gpx-pause/pause.gpx; says out 'recorded path (gpx)' 'has 1 pause'
@@ -181,7 +181,7 @@ check)
   runs 0 "$canyon" city build citygml-future-demolition/planned.gml --geoid-undulation 0 -o ends.geojson --quiet
   says err 'left out 1 Building objects that are demolished'
   for id in planned_2045 open_end_2099; do grep -q "\"$id\"" ends.geojson || fail "$id is not built"; done
-  # What is left out of a world is told by each command, once, also with --quiet.
+  # Omitted parts of a world are reported by each command, once, also with --quiet.
   cd world-parts-missing || exit 1
   for command in 'simulate run.yaml --out res --quiet' 'trace run.yaml' 'skyplot run.yaml -o s.png --quiet' 'city info world.sdf' \
                  'heatmap run.yaml --out map --spacing 50 --times 2026-06-01T08:00:00Z --quiet' 'city build world.sdf -o w.obj --quiet'; do
@@ -202,9 +202,9 @@ check)
   runs 2 "$canyon" check containers/page.n text-bom/bom.csv --json
   python3 -c 'import json; a, b = json.load(open("out")); assert not a["usable"] and b["kind"] == "recorded path (csv)", (a, b)' ;;
 strangers)
-  # tests/data/cases: the smallest inputs of faults that users of other programs reported.
+  # tests/data/cases: the smallest inputs of bugs reported by users of other programs.
   cp -r "$root"/tests/data/cases/* .
-  # field N FILE: the field of each line but the header.
+  # field N FILE: the field of each line except the header.
   field() { tail -n +2 "$2" | cut -d, -f "$1"; }
   for name in good day-before default-1980 future rollover; do
     runs 0 "$canyon" simulate nmea-void-date/$name.yaml --out void-$name --quiet
@@ -256,7 +256,7 @@ strangers)
   runs 0 "$canyon" heatmap y_up.yaml --out y_up --spacing 40 --format netcdf --quiet; says err "is upright"
   runs 0 "$canyon" check obj-y-up/y_up.obj; says out "is upright" ;;
 antimeridian)
-  # Three buildings over 320 m and the ground 200 m about them, at 180 deg: longitudes on both sides, and a box in two ways of writing.
+  # Three buildings over 320 m and the ground 200 m around them, at 180 deg: longitudes on both sides, and a box in two ways of writing.
   { echo '<osm version="0.6">'; n=0
     for east in 179.9990 -179.9996 -179.9984; do
       for corner in "0 0" "4 0" "4 4" "0 4"; do
@@ -276,21 +276,21 @@ antimeridian)
   cmp values-* || fail "the two boxes give other maps"
   says values-179.9985,-16.801,-179.9975,-16.799 "-179.9990000" computed ;;
 many)
-  # Many receivers: pictures of the first ones, and a table that one can read.
+  # Many receivers: pictures of the first ones, and a readable table.
   sed -i 's/outputs:.*/outputs: {pictures: true, nmea: false, rinex_observation: false, kml: false, geojson: false}/' small.yaml
   { echo receivers:; for i in $(seq 40); do echo "  - {name: r$i}"; done; } >>small.yaml
   runs 0 "$canyon" simulate small.yaml --out res --duration 2
   [ "$(ls res/*/track.png | wc -l)" -eq 16 ] || fail "$(ls res/*/track.png | wc -l) pictures instead of 16"
   says err "pictures    of the first 16 of 40 receivers"; says out "and 24 more receivers" r16
   grep -q r17 out && fail "more than 16 receivers in the table"
-  # The same folder again with fewer receivers: what the run before wrote goes, and nothing else.
+  # The same folder again with fewer receivers: the files of the previous run are removed, and nothing else.
   echo mine >res/r3/notes.txt; echo changed >>res/r4/epochs.csv; touch -d '+2 seconds' res/r4/epochs.csv
   sed '/name: r[^12]/d; /name: r[12][0-9]/d' small.yaml >two.yaml
   runs 0 "$canyon" simulate two.yaml --out res --duration 2
   [ "$(ls res | tr '\n' ' ')" = "r1 r2 r3 r4 report.txt sky.nav " ] || fail "res holds $(ls res)"
   [ "$(ls res/r3 res/r4 | tr '\n' ' ')" = "res/r3: notes.txt  res/r4: epochs.csv " ] || fail "left are $(ls res/r3 res/r4)"
   says err "files of an earlier run from res"
-  # An end that is asked for comes soon: no picture is drawn any more.
+  # A requested end is immediate: no picture is drawn.
   sed -i 's/speed_mps.*/speed_mps: 0.001/' small.yaml
   "$canyon" simulate small.yaml --out long >out 2>err &
   program=$!
@@ -311,13 +311,13 @@ simulate)
   runs 0 "$canyon" simulate small.yaml --out res2 --quiet
   [ ! -s out ] && [ ! -s err ] || fail "--quiet printed something"
   cmp res/epochs.csv res2/epochs.csv || fail "same seed, other bytes"
-  # A list of outputs is all that is written.
+  # Only the listed outputs are written.
   sed 's/outputs:.*/outputs: [nmea, gpx]/' small.yaml >listed.yaml
   runs 0 "$canyon" simulate listed.yaml --out listed --duration 2
   [ "$(ls listed | tr '\n' ' ')" = "receiver.nmea report.txt track.gpx " ] || fail "listed holds $(ls listed)"
   sed 's/outputs:.*/outputs: [nmae]/' small.yaml >unknown.yaml
   runs 2 "$canyon" simulate unknown.yaml --out unknown; one_line; says err "'nmae' is unknown" "did you mean 'nmea'"
-  # Where mean sea level is shows in what receivers state, and in no figure of the run.
+  # Mean sea level affects outputs of receivers, but no metric of the run.
   sed 's/seed: 2}/&, geoid_undulation_m: 39.625/' small.yaml >sea.yaml
   runs 0 "$canyon" simulate sea.yaml --out sea --quiet
   cmp res/epochs.csv sea/epochs.csv || fail "another sea level, other epochs"
@@ -326,7 +326,7 @@ simulate)
   runs 2 "$canyon" simulate deep.yaml --out deep; one_line; says err deep.yaml:1: geoid_undulation_m
   runs 0 "$canyon" simulate small.yaml --out res3 --quiet --seed 9 --duration 5 --rate 2 --threads 1
   [ "$(wc -l <res3/epochs.csv)" -eq 12 ] || fail "--duration 5 --rate 2 is not 11 epochs"
-  # Warnings that come up in the run are five lines at most, as those before it; all are in report.txt.
+  # Warnings during the run are five lines at most, as those before it; all are in report.txt.
   {
     echo 'city: {open: true, origin: {latitude_deg: 48, longitude_deg: 11, height_m: 500}}'
     echo 'sky: {nominal: true, systems: [GPS, Galileo]}'
@@ -353,7 +353,7 @@ scenario)
   sed 's/speed_mps: 6/speed_mps: 0/' small.yaml >bad.yaml
   runs 2 "$canyon" scenario show bad.yaml; one_line; says err bad.yaml:6: speed_mps "above 0" ;;
 stream)
-  # Paced by the wall clock, so that a client has time to come; it receives the end of what the file holds.
+  # Paced by the wall clock, so that a client has time to connect; it receives the end of the file's content.
   port=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
   "$canyon" simulate small.yaml --out res --duration 4 --rate 5 --realtime --stream "nmea=tcp://127.0.0.1:$port" \
     --stream satellites_csv=file:copy.csv >out 2>err &
@@ -373,7 +373,7 @@ stream)
   runs 2 "$canyon" simulate two.yaml --out res --stream nmea=pty:; one_line; says err "does not name its receiver" "left, right"
   runs 0 "$canyon" simulate two.yaml --out res --stream right/epochs_csv=file:right.csv
   cmp right.csv res/right/epochs.csv || fail "the stream is not of the receiver it names"
-  # A base station's corrections, as RTKLIB's program for streams takes them: whole frames, not a byte changed.
+  # A base station's corrections, as read by RTKLIB's stream program: complete frames, all bytes unchanged.
   if ! command -v str2str >/dev/null; then
     echo "SKIPPED: str2str (RTKLIB) is not installed"
   else
@@ -398,7 +398,7 @@ live)
     runs 2 "$canyon" live small.yaml --speed $speed; one_line; says err --speed
   done
   runs 2 "$canyon" live small.yaml --poses udp://127.0.0.1:9001; one_line; says err "an address to send to" udp-listen://
-  # Why there is no fix stands in the last line; a terminal that nobody reads holds nothing up.
+  # The reason for no fix is in the last line; an unread terminal does not block the run.
   sed '/speed_mps/d; s/waypoints.*/position: {east_m: 0, north_m: 0, up_m: -5}/' small.yaml >under.yaml
   runs 0 "$canyon" live under.yaml --duration 1.5 --stream nmea=pty:
   says err "0 with a fix; now none: rover: antenna inside a building or under the terrain"
@@ -432,7 +432,7 @@ demo)
   cmp -s here/epochs.csv here/mine/epochs.csv || fail "what it says next gives another drive"
   : >file; runs 2 "$canyon" demo --out file/here; one_line ;;
 new)
-  # A street from south to north between the two buildings, and one that leads east; a way through a building is none.
+  # A street from south to north between the two buildings, and one to the east; a road through a building is not used.
   street='<node id="21" version="1" lat="47.9985" lon="11.00075"/><node id="22" version="1" lat="48.0001" lon="11.00075"/>
     <node id="23" version="1" lat="48.0016" lon="11.00075"/><node id="24" version="1" lat="48.0016" lon="10.9980"/>
     <node id="25" version="1" lat="48.0001" lon="11.0002"/>
@@ -443,11 +443,11 @@ new)
   says out 'my map.osm, 2 buildings' 'nominal satellites, since' '500 m along streets' 'canyon simulate drive.yaml --out out/drive --view'
   says drive.yaml 'canyon profiles' 'canyon scenario keys' 'T12:00:00 GPST'; grep -q 'longitude_deg: 11.0002' drive.yaml && fail "through a building"
   runs 0 "$canyon" simulate drive.yaml --out res; says err '500 m, 63 epochs'; grep -q 'inside a building' err && fail "inside a building"
-  # What stands there stays; nothing is left behind where the name cannot be.
+  # Existing files are kept; nothing is left for an impossible name.
   cp drive.yaml kept.yaml; runs 2 "$canyon" new bare.osm -o drive.yaml; one_line; says err 'drive.yaml: already exists'; cmp drive.yaml kept.yaml || fail "replaced"
   runs 2 "$canyon" new bare.osm -o bare.osm; one_line; runs 2 "$canyon" new bare.osm -o nowhere/drive.yaml; one_line
   runs 0 "$canyon" new bare.osm -o bare.yaml; says out 'straight on, outside buildings'; runs 0 "$canyon" simulate bare.yaml --out res --quiet
-  # A path without times, one whose first place is off the map, and navigation of the day; the same without a file.
+  # A path without times, one with its first position off the map, and navigation of the day; the same without a file.
   echo '<gpx><trk><trkseg><trkpt lat="47.999" lon="11.00075"/><trkpt lat="48.001" lon="11.00075"/></trkseg></trk></gpx>' >track.gpx
   runs 0 "$canyon" new 'my map.osm' track.gpx -o track.yaml; says out '2 of 2 positions of track.gpx, 1.5 m above the ground, at 8 m/s, since it has no times'
   runs 0 "$canyon" simulate track.yaml --out by_file --quiet; runs 0 "$canyon" simulate track.gpx 'my map.osm' --out without; says err 'assumed     trajectory'
@@ -467,11 +467,11 @@ new)
   runs 0 "$canyon" new 'my map.osm' gga.nmea -o gga.yaml; says out 'since the path has no dates'; runs 0 "$canyon" simulate gga.yaml --out gga; says err '4 epochs'
   head -2 bare.csv >one.csv; runs 2 "$canyon" new 'my map.osm' one.csv -o two.yaml; one_line; says err 'one.csv: has one position'
   printf 'latitude,longitude\n11,48\n11,48.001\n' >far.csv; runs 2 "$canyon" new 'my map.osm' far.csv -o two.yaml; one_line; says err 'it begins 5' 'km from it'
-  # A name with a blank; the keys that the file names next.
+  # A name with a blank; the next keys named in the file.
   runs 0 "$canyon" new bare.osm -o 'my drive.yaml'; says out "canyon simulate 'my drive.yaml' --out 'out/my drive' --view"
   sed -i 's/^# \(outputs\|faults\):/\1:/' 'my drive.yaml'; runs 0 "$canyon" simulate 'my drive.yaml' --out res --quiet; [ -s res/receiver.obs ] || fail "no RINEX"
   echo 'o box' >box.obj; runs 2 "$canyon" new box.obj -o two.yaml; one_line; says err 'box.obj: is a mesh' '--origin'
-  # A corner in a building is refused with the nearest free place, which is taken then.
+  # A corner in a building is rejected with the nearest free point, which is then accepted.
   sed 's/waypoints.*/waypoints: [{east_m: -38, north_m: 0, up_m: 2}, {east_m: -20, north_m: 30, up_m: 2}]/' small.yaml >inside.yaml
   runs 2 "$canyon" simulate inside.yaml --out in; one_line; says err 'waypoint 2 is inside a building' 'nearest free position is {latitude_deg'
   place=$(grep -o '{east_m[^}]*' err); sed -i "s/{east_m: -20, north_m: 30/$place/" inside.yaml; runs 0 "$canyon" simulate inside.yaml --out in --quiet ;;
@@ -479,7 +479,7 @@ reference)
   for shell in bash zsh fish; do runs 0 "$canyon" completion $shell; cp out "$shell"; done
   says zsh "#compdef canyon"
   says fish "complete -c canyon -n '__fish_use_subcommand' -a simulate" "-l threads"
-  # completes WORD... WANTED: what bash offers for these words, the last one being typed.
+  # completes WORD... WANTED: bash's completions of these words, the last one incomplete.
   completes() {
     local got
     got=$(bash -c 'source ./bash; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _canyon; echo "${COMPREPLY[@]}"' - "${@:1:$#-1}")
@@ -492,8 +492,8 @@ reference)
   completes canyon simulate ./dr ""
   completes canyon live --pose-format js json
   completes canyon simulate --out ma "" # a file
-  # zsh and fish run their scripts where they are installed.
-  in_zsh() { # WORD... WANTED: what zsh offers behind these words, the last one being typed.
+  # zsh and fish run their scripts if installed.
+  in_zsh() { # WORD... WANTED: zsh's completions after these words, the last one incomplete.
     local got
     got=$(zsh -f -c 'compdef() { }; compadd() { shift; print -r -- "$@"; (($#)) }; _files() { print files }; . ./zsh
                      words=("$@"); CURRENT=$#; PREFIX=$words[-1]; _canyon' - "${@:1:$#-1}" 2>&1)
@@ -505,7 +505,7 @@ reference)
     in_zsh canyon simulate --out "" $'\nfiles'
     in_zsh canyon simulate ./dr files
   fi
-  in_fish() { # TYPED WANTED: the words that fish offers.
+  in_fish() { # TYPED WANTED: the completions of fish.
     local got
     got=$(fish --no-config -c 'source ./fish; complete -C $argv[1]' "$1" 2>&1 | cut -f1 | tr '\n' ' ')
     [ "$got" = "$2" ] || fail "fish offers '$got' behind '$1' instead of '$2'"
@@ -535,7 +535,7 @@ rtk)
   runs 2 "$canyon" rtk "$pair/rover.obs" "$data/urbannav-tst-20190428/COM3_190428_124409.obs" --nav "$pair/base.nav" --quiet
   says err 'have no common time'; one_line
   runs 2 "$canyon" rtk "$pair/rover.obs" "$pair/base.nav" --nav "$pair/base.nav"; one_line
-  # What is wrong is told before the first epoch, and what is compared.
+  # Errors are reported before the first epoch, and the compared data.
   solve=("$canyon" rtk "$pair/rover.obs" "$pair/base.obs" --nav "$pair/base.nav" --base-position 35.134707705,136.977577939,104.853 --quiet)
   runs 2 "${solve[@]}" --signals L1CA --signals L2; one_line; says err "L2" "did you mean 'L2C'"
   runs 0 "${solve[@]}" --signals L1CA,E1; says out "first fixed"
@@ -578,7 +578,7 @@ assert 0.1 < deviation < 0.12, deviation
 P
   runs 0 "$canyon" iq small.yaml --out - --duration 1 --rate 2.5e6 --quiet
   cmp d.iq out || fail "a pipe has other bytes"
-  # TCP: the file's bytes; a reader that goes away ends the run.
+  # TCP: the file's bytes; a reader that disconnects ends the run.
   port=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
   "$canyon" iq small.yaml --out "tcp://127.0.0.1:$port" --duration 1 --rate 2.5e6 >out 2>err &
   pid=$!
@@ -622,7 +622,7 @@ P
   sed 's/^trajectory:/trajectory: {waypoints: [{east_m: 0, north_m: 0, up_m: 2}], hold_s: 900000}/; /^  /d' small.yaml >years.yaml
   runs 1 "$canyon" iq years.yaml --out f.iq --rate 200e6 --duration 900000; one_line; says err 'the samples need' 'GB are free'
   [ ! -e f.iq ] || fail "a refused run left a file"
-  # An interrupted run leaves a whole file.
+  # An interrupted run leaves a complete file.
   "$canyon" iq small.yaml --out long.iq --rate 2.5e6 --threads 1 >out 2>err &
   pid=$!
   for _ in $(seq 100); do [ "$(stat -c %s long.iq.part* 2>/dev/null | sort -n | tail -n 1)" -gt 5000000 ] 2>/dev/null && break; sleep 0.05; done
@@ -666,7 +666,7 @@ P
   runs 2 "$canyon" trace small.yaml --enu 1,2; one_line; says err EAST,NORTH,UP
   runs 2 "$canyon" trace small.yaml --enu nan,0,2; one_line ;;
 validate)
-  # Canyon's own receiver as the recorded one: made, then compared with the same scenario.
+  # Canyon's own receiver as the recorded one: simulated, then compared with the same scenario.
   sed -i 's/speed_mps: 6/speed_mps: 3/' small.yaml; echo 'receivers: [{profile: ideal, elevation_mask_deg: 10}]' >>small.yaml
   runs 0 "$canyon" simulate small.yaml --out res --quiet
   awk -F, 'NR > 1 {print $1 "," $2 "," $3 "," $4 "," $5}' res/epochs.csv >truth.csv
@@ -708,7 +708,7 @@ P
   [ ! -s err ] || fail "--quiet printed something"
   runs 0 "${judge[@]}" --align --align-heading --split 0.6 --ladder
   says out "city moved by east" "rotated by" "last 40 %" "+ ground reflection" "mirror (the paper's)"
-  # An antenna that stands: its place instead of a file, as an option or in the scenario.
+  # A stationary antenna: its position instead of a file, as an option or in the scenario.
   sed -e 's/waypoints.*/position: {east_m: 0, north_m: 0, up_m: 2}/' -e '/speed_mps/d' small.yaml >stands.yaml; echo 'duration_s: 40' >>stands.yaml
   runs 0 "$canyon" simulate stands.yaml --out still --quiet
   sed 's/^sky:.*/sky: {navigation: [still\/sky.nav]}/' stands.yaml >stood.yaml
@@ -722,12 +722,12 @@ for name in "in_scenario.json", "out":
     assert f["epochs"] == 41 and f["position"]["measured"]["horizontal_error_m"]["p95"] < 3, f["position"]
 P
   runs 2 "$canyon" validate small.yaml --obs still/receiver.obs; one_line; says err "--truth is missing" "LATITUDE,LONGITUDE,HEIGHT"
-  # Cities drawn anew: what was measured stays, what is simulated is of all of them.
+  # Resampled cities: measurements are unchanged, simulations are of all cities.
   sed 's/^city: *{/city: {georeference: {sigma_m: 3}, /' judge.yaml >unsure.yaml
   grep -q georeference unsure.yaml || sed 's/^city:$/city:\n  georeference: {sigma_m: 3}/' judge.yaml >unsure.yaml
   runs 0 "$canyon" validate unsure.yaml "${judge[@]:3}" --runs 3 --json - --quiet
   python3 -c 'import json; f = json.load(open("out"))["models"][0]; p = f["position"]; assert f["runs"] == 3 and p["simulated"]["epochs"] == 3 * p["measured"]["epochs"], f' || fail "--runs 3 is not three cities"
-  # Draws of what nobody said.
+  # Samples of unspecified values.
   sed 's/profile: ideal/profile: ublox-m8t/' judge.yaml >open.yaml
   runs 0 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 3 --json e.json
   says out "level: -10 to 6 dB" "skyline: 0 to 0.75" "within the 90 % interval"
@@ -736,7 +736,7 @@ P
   ! grep -q "^- level" out || fail "a known level was drawn"
   runs 2 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 2 --known levl; one_line; says err "no unknown 'levl'"
   runs 2 "$canyon" validate open.yaml "${judge[@]:3}" --unsaid; says err "--unsaid requires --ensemble"
-  # Two bands, and a receiver that tracks another second one; a code that does not exist.
+  # Two bands, and a receiver that tracks a different second one; a code that does not exist.
   cp small.yaml ideal.yaml
   sed -i 's/^receivers:.*/receivers: [{name: car, profile: survey, tracks: [L1CA, L2C], noise: {enabled: false}}]/' small.yaml
   runs 0 "$canyon" simulate small.yaml --out two --quiet
@@ -748,11 +748,11 @@ P
   says err "1 codes of G not known: 9Z"
   says out "Signals not compared" "Tracked by the simulated"
   runs 2 "${judge[@]}" --runs 3; one_line; says err --runs georeference
-  # The part that figures are of.
+  # The part used for metrics.
   runs 0 "${judge[@]}" --part first --json - --quiet
   python3 -c 'import json; f = json.load(open("out")); assert "alignment" not in f and 19 <= f["models"][0]["epochs"] <= 21, f' || fail "--part first is not the first half"
   runs 0 "${judge[@]}" --align --part all; says out "whole recording"
-  # Own fixes: the receiver's, which is the simulated one, beside the position filter's.
+  # Own fixes: those of the (simulated) receiver, compared with the position filter's.
   runs 0 "${judge[@]}" --nmea res/receiver.nmea --json figures.json; says out "receiver's own"
   python3 - <<'P' || fail "own fixes are not those of the receiver"
 import json
@@ -762,7 +762,7 @@ assert abs(own["fixes"] - fixes["fixes"]) <= 1 and own["mean_satellites_used"] i
 for at in "p50", "p95":
     assert abs(own["horizontal_error_m"][at] - fixes["horizontal_error_m"][at]) < 0.5, (own, fixes)
 P
-  # A satellite that stands high and clear for 130 s and that the recording never has: named and left out, or kept.
+  # A satellite high above the horizon for 130 s that is never in the recording: named and omitted, or kept.
   sed 's/speed_mps: 3/speed_mps: 0.9/' ideal.yaml >slow.yaml
   runs 0 "$canyon" simulate slow.yaml --out slow --quiet
   sed 's/^sky:.*/sky: {navigation: [slow\/sky.nav]}/' slow.yaml >judge_slow.yaml
@@ -794,12 +794,12 @@ left, kept = (json.load(open(f))["models"][0] for f in ("figures.json", "all.jso
 assert [s["left_out"] for s in left["never_tracked"] + kept["never_tracked"]] == [True, False]
 assert left["never_tracked"][0]["clear_s"] >= 120
 assert kept["tracked"]["los"]["satellites"] >= left["tracked"]["los"]["satellites"] + 120
-# Recorded and simulated receiver are the same but for that satellite.
+# Recorded and simulated receiver are equal except for that satellite.
 assert left["tracked"]["los"]["measured"] == left["tracked"]["los"]["simulated"]
 used = [f["position"]["simulated"]["mean_satellites_used"] - f["position"]["measured"]["mean_satellites_used"] for f in (left, kept)]
 assert abs(used[0]) < 0.05 < 0.5 < used[1], used
 P
-  # A list of recordings, whose files lie beside it.
+  # A list of recordings, with files next to it.
   cat >list.yaml <<'Y'
 recordings:
   - {name: one, class: ours, scenario: judge.yaml, obs: res/receiver.obs, truth: truth.csv, truth_format: urbannav}
@@ -867,11 +867,11 @@ assert low < 4.5 < high, level
 assert {e["verdict"] for e in f["estimates"]} <= {"fitted", "agrees", "not identified"}
 assert len(f["judged"]["recordings"]) == 2
 P
-  # The profile is one.
+  # The profile is valid.
   sed 's/profile: ublox-m8t/profile: .\/mine.yaml/' judge.yaml >mine_judge.yaml
   runs 0 "$canyon" scenario show mine_judge.yaml
   runs 0 "$canyon" validate mine_judge.yaml "${one[@]}" --quiet
-  # A list, the whole of it; what the scenario sets itself is named.
+  # A complete list; keys set by the scenario are named.
   sed 's/profile: ublox-m8t/profile: ublox-m8t, signal: {link: {above_minimum_db: 1}, shadowing: {enabled: true}}/' judge.yaml >own.yaml
   cat >list.yaml <<'Y'
 recordings:
@@ -896,7 +896,7 @@ Y
 validate_real)
   needs_data urbannav-tst-20190428/COM3_190428_124409.obs
   drive=$data/urbannav-tst-20190428
-  # Without what the map lacks: the figures of docs/results.md.
+  # Without obstacles missing in the map: the metrics of docs/results.md.
   sed -e "s#hongkong/#$data/hongkong/#; s#urbannav-tst-20190428/#$drive/#g; /^surroundings:/d; /^  roofs_m:/d" "$root/examples/urbannav_tst_m8t.yaml" >tst.yaml
   runs 0 "$canyon" validate tst.yaml --obs "$drive/COM3_190428_124409.obs" --align --models mirror,specular --json figures.json
   says out "city moved by" "first half" "second half" "242 epochs" reflected
@@ -919,7 +919,7 @@ P
   sed 's/east_m: 0, north_m: 8/east_m: 60, north_m: 68/' tst.yaml >off.yaml
   runs 0 "$canyon" validate off.yaml --obs "$drive/COM3_190428_124409.obs" --align --json figures.json
   says err "does not determine the city's offset" --reach
-  # Both drives beside each other, where they stand as the scenarios say.
+  # Both drives together, with positions as in the scenarios.
   [ -e "$data/berlin-potsdamer-platz/truth.csv" ] || { echo "without Berlin: it is not in ../shared/data"; exit $failed; }
   for folder in hongkong urbannav-tst-20190428 urbannav-tst-20210517 berlin-potsdamer-platz; do ln -s "$data/$folder" .; done
   cp "$root"/examples/{urbannav_tst_m8t,urbannav_tst_2021,berlin_m8}.yaml .
@@ -930,13 +930,13 @@ P
 import json
 f = json.load(open("figures.json"))
 tst, berlin, *other_day = (r["headlines"] for r in f["recordings"])
-# Figures of the recordings alone, without a model of ours.
+# Metrics of the recordings alone, without Canyon's models.
 assert abs(tst["horizontal_p50_m"]["measured"] - 8.5) < 2 and abs(berlin["horizontal_p50_m"]["measured"] - 31) < 5
 assert abs(tst["cn0_los_dbhz"]["measured"] - 36) <= 1 and abs(berlin["cn0_los_dbhz"]["measured"] - 45) <= 1
 # The map of one drive lacks obstacles, the other's does not (docs/shadowing.md).
 for h in tst, berlin:
   assert abs(h["tracked_los"]["measured"] - h["tracked_los"]["simulated"]) < 0.1, h
-# Facades, scattering and edges make echoes as weak beside the clear as recorded (docs/results.md).
+# Facades, scattering and edges make echoes as weak relative to clear signals as recorded (docs/results.md).
   assert abs(h["cn0_los_less_nlos_db"]["measured"] - h["cn0_los_less_nlos_db"]["simulated"]) <= 3, h
 assert [[s["satellite"] for s in r["models"][0]["never_tracked"]] for r in f["recordings"][:2]] == [["C07"], []]
 assert len(other_day) == 3, len(other_day)
@@ -974,7 +974,7 @@ P
 skyplot)
   runs 0 "$canyon" skyplot --help
   says out --out --frames --at --enu --time --receiver --style --projection --trails --width --every --first --last --threads "east to the LEFT"
-  # One picture: files, sizes, and nothing left behind.
+  # One picture: files, sizes, and no leftovers.
   runs 0 "$canyon" skyplot small.yaml -o sky.png --trails 30; says err sky.png
   runs 0 "$canyon" skyplot small.yaml -o up.svg --style fisheye --projection stereographic --enu 0,0,2 --quiet
   [ ! -s out ] && [ ! -s err ] || fail "--quiet printed something"
@@ -1056,7 +1056,7 @@ city_build)
   for file in city.canyon city.glb city.obj city.dae town.world model block.osm; do
     runs 0 "$canyon" city info "$file"; says out "buildings     2" "highest roof  30.0 m"
   done
-  # Tiles of CityGML: a folder, one of them damaged, a box, blocks that the files do not have.
+  # Tiles of CityGML: a folder, one of them damaged, a box, blocks missing in the files.
   python3 "$root/tests/judges/lod2_tiles.py" tiles 3 9
   runs 0 "$canyon" city info tiles; says out "objects     27 Building LoD 2" "of 3 files" "27 have a use"
   runs 0 "$canyon" check tiles; says out "buildings     27"
@@ -1150,7 +1150,7 @@ bad_scenario)
   runs 2 "$canyon" simulate absent.yaml --out res; one_line; says err absent.yaml
   [ ! -e res/epochs.csv ] || fail "bad input left results" ;;
 bad_trajectory)
-  # What is no path says what it is.
+  # Files that are not paths are reported by their kind.
   block_osm >map.txt; printf '$@ no SBF' >log.txt
   for file in map.txt:'is a map of OpenStreetMap' log.txt:'is a log of SBF'; do
     printf 'city: {synthetic: {}}\nstart: 2026-03-01T10:00:00Z\ntrajectory: {file: %s}\n' "${file%%:*}" >path.yaml
@@ -1197,8 +1197,8 @@ bad_output)
   else
     runs 2 "$canyon" simulate small.yaml --out /proc/res; one_line; says err /proc/res
   fi
-  # A disk that takes no more (here: a limit on the size of files): one clear error, and what an earlier run left
-  # stays as it was.
+  # A full disk (here: a limit on the size of files): one clear error, and files of an earlier run
+  # are unchanged.
   runs 0 "$canyon" simulate small.yaml --out res --quiet
   cp res/satellites.csv before.csv
   runs 1 bash -c 'trap "" XFSZ; ulimit -f 8; exec "$0" simulate small.yaml --out res --quiet --seed 2' "$canyon"
@@ -1210,7 +1210,7 @@ bad_output)
   one_line; says err live/a.csv "cannot be written"
   [ -z "$(ls -A live)" ] || fail "live holds $(ls -A live)" ;;
 inputs)
-  # No output replaces what a run reads, by whatever name; nothing is written then.
+  # No output replaces an input of the run, by any name; then nothing is written.
   runs 0 "$canyon" simulate small.yaml --out in --duration 5 --quiet
   block_osm >in/block.osm
   runs 0 "$canyon" city build in/block.osm -o in/block.obj -o in/block.canyon -o in/block --quiet
@@ -1254,7 +1254,7 @@ inputs)
   refuses in/hdop.tif "$canyon" heatmap in/ground.yaml --out in --layers hdop --spacing 8
   echo '<!--canyon:data-->' >page.html
   CANYON_VIEWER=page.html refuses in/block.osm "$canyon" view in/block.osm --export in/block.osm
-  # Nor does a result replace a file of the user's that has its name; the second run of a command replaces its own.
+  # A result also does not replace a user's file of the same name; the second run of a command replaces its own.
   keeps() {
     local file=mine/$1; shift
     rm -rf mine; mkdir mine; echo notes >$file
@@ -1268,7 +1268,7 @@ inputs)
   runs 0 "$canyon" heatmap small.yaml --out mine --layers satellites_los --spacing 16 --format netcdf; says err "mine also has files of an earlier map"
   keeps table.csv "$canyon" study few.yaml --out mine --no-pictures --quiet
   keeps frame_000002.png "$canyon" skyplot small.yaml --frames mine --width 300 --every 10 --quiet
-  # A folder has the results of one command; others are refused before they read a city.
+  # A folder has the results of one command; others are rejected before they read a city.
   runs 0 "$canyon" heatmap small.yaml --out one --layers hdop --spacing 16 --format netcdf --quiet; cp one/map.nc kept.nc
   for words in "simulate small.yaml --out" "study few.yaml --out" "skyplot small.yaml --frames" "view small.yaml --out"; do
     runs 2 "$canyon" $words one --quiet; one_line; says err "one: has the results of another command, 'canyon heatmap'"
@@ -1277,7 +1277,7 @@ inputs)
   runs 0 "$canyon" heatmap small.yaml --out one --layers hdop --spacing 16 --format netcdf --quiet
   mkdir shown; echo 'seed: 2' >shown/demo.yaml
   runs 2 "$canyon" demo --out shown; one_line; says err "shown/demo.yaml: already exists"
-  # What a run had written and the next one reads is no left-over; the list follows no link out of the folder.
+  # A file written by a run and read by the next one is not removed; the list does not follow links out of the folder.
   mkdir users; echo mine >users/a; touch -d '-1 hour' users/a
   runs 0 "$canyon" simulate small.yaml --out res --duration 5 --quiet
   ln -s ../users res/sub; printf '%s\n' sub/a ../users/a "$PWD/users/a" sub/../../users/a >>res/.canyon-results
@@ -1286,22 +1286,22 @@ inputs)
   runs 0 "$canyon" simulate again.yaml --out res --quiet
   [ "$(ls res | tr '\n' ' ')" = "epochs.csv report.txt sub track.kml " ] || fail "res holds $(ls res)"
   [ -s users/a ] || fail "the list of results reached out of the folder"
-  # One that is itself a link is none.
+  # A list that is a link is ignored.
   mv res/.canyon-results list; ln -s ../list res/.canyon-results; cp list before
   runs 2 "$canyon" simulate small.yaml --out res --quiet --duration 1
   cmp list before || fail "wrote through a link"
-  # What a view is served from is nobody else's.
+  # The folder of a served view is exclusive.
   mkdir tmp; CANYON_VIEWER=page.html TMPDIR=$PWD/tmp "$canyon" view in/block.osm --quiet >address & served=$!
   until [ -s address ]; do kill -0 "$served" || { fail "canyon view ended"; break; }; sleep 0.1; done
   [ "$(stat -c %a tmp/canyon-view-*)" = 700 ] || fail "others may read $(stat -c '%n %a' tmp/*)"
   kill -HUP "$served"; wait "$served" || fail "canyon view did not end by itself"
   [ -z "$(ls tmp)" ] || fail "left: $(ls tmp)" ;;
 interrupt)
-  # Long enough to be interrupted for certain: a day at 10 Hz.
+  # Long enough for a reliable interruption: a day at 10 Hz.
   sed 's/rate_hz.*/rate_hz: 10/; s/speed_mps.*/speed_mps: 0.001/' small.yaml >long.yaml
   "$canyon" simulate long.yaml --out res >out 2>err &
   program=$!
-  # Wait until epochs flow, with a deadline.
+  # Wait for epochs, with a deadline.
   for _ in $(seq 200); do ls res/*.part* >/dev/null 2>&1 && [ "$(cat res/epochs.csv.part* | wc -l)" -gt 10 ] && break; sleep 0.1; done
   kill -INT "$program"; wait "$program"; status=$?
   [ "$status" -eq 130 ] || { fail "exit status $status instead of 130"; cat err; }
@@ -1310,7 +1310,7 @@ interrupt)
   finished=$(sed -n 's/.*interrupted: \([0-9]*\) of.*/\1/p' err)
   [ "$(wc -l <res/epochs.csv)" -eq $((finished + 1)) ] || fail "said $finished epochs, wrote $(wc -l <res/epochs.csv) lines"
   ls -A res | grep part && fail "temporary files left"
-  # One run at a time in a folder. Under nohup the end of the terminal ends nothing.
+  # One run at a time in a folder. Under nohup the end of the terminal has no effect.
   (trap '' HUP; exec "$canyon" simulate long.yaml --out res >out1 2>err1) &
   program=$!
   for _ in $(seq 200); do ls res/*.part* >/dev/null 2>&1 && break; sleep 0.1; done
@@ -1321,9 +1321,9 @@ heatmap)
   runs 0 "$canyon" heatmap --help
   says out --out --bbox --enu-box --area --spacing --altitude --altitude-kind --times --layers --format --model \
     --receiver --draws --motion --seed --threads --tile --keep-tiles --large horizontal_error_p95 sky_view query mpirun
-  # The whole city in all formats: files, table, nothing left behind.
+  # The complete city in all formats: files, table, no leftovers.
   runs 0 "$canyon" heatmap small.yaml --out map --spacing 4 --threads 1
-  # Titles name systems that have satellites.
+  # Titles name systems with satellites.
   sed 's/nominal: true/nominal: true, systems: [GPS, SBAS]/' small.yaml >sbas.yaml
   runs 0 "$canyon" heatmap sbas.yaml --out sbas --spacing 40 --quiet; grep -qa SBAS sbas/map.nc && fail "the sky has no SBAS"
   runs 0 "$canyon" heatmap small.yaml --out map --spacing 4 --threads 1
@@ -1338,7 +1338,7 @@ heatmap)
   runs 0 "$canyon" heatmap small.yaml --out map2 --spacing 4 --threads 2 --quiet
   [ ! -s out ] && [ ! -s err ] || fail "--quiet printed something"
   diff -r map map2 || fail "other bytes on another number of threads"
-  # The map's cells are what trace and simulate say of their centres.
+  # The map's cells equal trace and simulate at their centres.
   runs 0 "$canyon" heatmap small.yaml --out box --enu-box=-40,-8,40,8 --spacing 4 --altitude 2,20 --format netcdf \
     --layers horizontal_error,satellites_visible,satellites_blocked,availability --times 0,600 --keep-tiles --quiet
   [ -e box/tiles/manifest.json ] && [ ! -e box/map.png ] || fail "box holds $(ls box)"
@@ -1363,7 +1363,7 @@ for time, altitude in ("2026-03-01T10:00:00Z", 2), ("2026-03-01T10:10:00Z", 20):
 print(alike)
 assert alike >= 38, alike
 P
-  # The same command again finds its tiles; another one does not take them for its own.
+  # The same command again finds its tiles; another one does not use them.
   box=("$canyon" heatmap small.yaml --out box --enu-box=-40,-8,40,8 --spacing 4 --altitude 2,20 --format netcdf
     --layers horizontal_error,satellites_visible,satellites_blocked,availability --times 0,600 --keep-tiles)
   cp box/map.nc first.nc
@@ -1388,7 +1388,7 @@ G
   runs 0 "$canyon" heatmap small.yaml --out all --enu-box=-8,-8,8,8 --spacing 4 --layers all --draws 4 --format netcdf,geotiff
   says out largest_excess vertical_error_rms
   [ "$(ls all/*.tif | wc -l)" -eq 25 ] || fail "$(ls all)"
-  # No trajectory is needed, nor a city where a box is given.
+  # No trajectory is needed, and no city if a box is given.
   printf 'city: {open: true, origin: {latitude_deg: 48, longitude_deg: 11, height_m: 500}}\nsky: {nominal: true}\nstart: 2026-03-01T10:00:00Z\n' >open.yaml
   runs 0 "$canyon" heatmap open.yaml --out open --bbox 10.9999,47.9999,11.0001,48.0001 --format geotiff
   says out "100.0 %"
@@ -1416,7 +1416,7 @@ Y
   for f in study.nc table.csv errors.png boxes.svg availability.png; do [ -s whole/$f ] || fail "no $f"; done
   head -1 whole/table.csv | grep -q '^elevation_mask_deg,receiver,runs,figure,unit,mean,low,high,' || fail "table.csv has another header"
   [ "$(wc -l <whole/table.csv)" -eq 11 ] || fail "table.csv has not two groups of five figures"
-  # A run is canyon simulate's.
+  # A run equals canyon simulate's.
   runs 0 "$canyon" study study.yaml --print-run 3; cp out run.yaml
   runs 0 "$canyon" simulate run.yaml --out run; says out "horizontal error, 95 %"
   p95=$(awk '/horizontal error, 95/ {print $NF}' out)
@@ -1438,7 +1438,7 @@ P
   runs 2 "$canyon" study merge a --out c; says err "3 of 6 runs are missing"
   runs 0 "$canyon" study merge a b --out c --quiet
   for f in study.nc table.csv errors.png; do cmp whole/$f c/$f || fail "other bytes of $f from shards"; done
-  # A scheduler's array of three jobs, at once, in folders of their own and in one.
+  # A scheduler's array of three jobs, at once, in separate folders and in one.
   for folder in 'part$SLURM_ARRAY_TASK_ID' shared; do
     pids=()
     for k in 1 2 3; do
@@ -1453,7 +1453,7 @@ P
     cmp whole/$f joined/$f && cmp whole/$f shared/$f || fail "other bytes of $f from an array"
   done
   runs 0 "$canyon" study study.yaml --out whole; says err "0 runs"
-  # A disk that fills up in the middle: what is finished is kept, and the same command goes on.
+  # A disk that fills up in the middle: finished runs are kept, and the same command continues.
   sed 's/seeds: 3/seeds: 10/' study.yaml >many.yaml
   runs 0 "$canyon" study many.yaml --out many --quiet
   mkdir disk
@@ -1500,7 +1500,7 @@ heatmap_query)
   awk -F, 'NR > 1 {print $1 "," $2 "," $3 "," $4 "," $5}' drive/epochs.csv >truth.csv
   runs 0 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav
   says out "along the route" horizontal_error_mean "worst segment" "m of horizontal_error_mean in the mean" "a fix on" "120 m in 20 s" "receiver standing"
-  # Places alone, at a speed.
+  # Positions without times, at a speed.
   { echo latitude,longitude; cut -d, -f3,4 truth.csv; } >places.csv; runs 0 "$canyon" heatmap query map/map.nc --path places.csv --speed 6; says out "120 m in 20 s"
   runs 2 "$canyon" heatmap query map/map.nc --path places.csv; one_line; says err 'has no times; give --speed'
   runs 0 "$canyon" heatmap query map/map.nc --path drive/receiver.nmea; says out "along the route" "in 20 s"  # by its content
@@ -1576,12 +1576,12 @@ heatmap_bad)
   : >file
   runs 2 "$canyon" heatmap small.yaml --out file; one_line; says err file
   ls res/map* res/*.tif 2>/dev/null && fail "bad input left results"
-  # A disk that takes no more (here: a limit on the size of files): one clear error, finished tiles intact.
+  # A full disk (here: a limit on the size of files): one clear error, finished tiles intact.
   full=(heatmap small.yaml --out full --enu-box=-110,-110,110,110 --spacing 1 --tile 32 --format netcdf --keep-tiles --quiet --threads 1)
   runs 1 bash -c 'trap "" XFSZ; ulimit -f 12; exec "$0" "$@"' "$canyon" "${full[@]}"
   one_line; says err full/tiles/unit- "cannot be written"
   ls -A full/tiles | grep part && fail "temporary files left"
-  # Likewise where the tiles fit, and the map does not.
+  # The same if the tiles fit, but the map does not.
   runs 1 bash -c 'trap "" XFSZ; ulimit -f 24; exec "$0" "$@"' "$canyon" "${full[@]}"
   one_line; says err full/map.nc "cannot be written"
   [ ! -e full/map.nc ] && [ -e full/tiles/unit-000000048.tile ] || fail "full holds $(ls full full/tiles)"
@@ -1592,7 +1592,7 @@ heatmap_resume)
   # Long enough to be ended in the middle: hundreds of tiles.
   map=(heatmap small.yaml --enu-box=-110,-110,110,110 --spacing 0.5 --tile 16 --format netcdf,png --layers horizontal_error_p95,hdop --draws 32)
   runs 0 "$canyon" "${map[@]}" --out whole --threads 1 --quiet
-  # started OUT: a run in the background that has some tiles done; its process is $program.
+  # started OUT: a run in the background with some finished tiles; its process is $program.
   started() {
     "$canyon" "${map[@]}" --out "$1" --threads 1 >out 2>err &
     program=$!
@@ -1608,7 +1608,7 @@ heatmap_resume)
   n=$(tiles killed); [ "$n" -ge 5 ] || fail "$n tiles"
   runs 0 "$canyon" "${map[@]}" --out killed; says err "resumed     $n of "
   diff -rq whole killed || fail "other bytes after kill -9"
-  # Ctrl-C: says what is kept, and how to go on.
+  # Ctrl-C: reports what is kept, and how to continue.
   started stopped 5
   "$canyon" "${map[@]}" --out stopped >out2 2>err2; status=$?
   [ "$status" -eq 2 ] || fail "exit status $status of a second run"
@@ -1623,12 +1623,12 @@ heatmap_resume)
   ls -A stopped/tiles | grep part && fail "temporary files left"
   runs 0 "$canyon" "${map[@]}" --out stopped --threads 2
   diff -rq whole stopped || fail "other bytes after Ctrl-C"
-  # Tiles that vanish are computed again.
+  # Deleted tiles are computed again.
   runs 0 "$canyon" "${map[@]}" --out kept --keep-tiles --quiet
   rm kept/tiles/unit-000000003.tile kept/map.nc
   runs 0 "$canyon" "${map[@]}" --out kept; diff -rq whole kept || fail "other bytes after a lost tile" ;;
 heatmap_planning)
-  # P(error > X) with X the map's own 95 % is a twentieth, where draws are many.
+  # P(error > X) with X the map's own 95 % is 5 % for many samples.
   box=(heatmap small.yaml --enu-box=-40,-8,40,8 --spacing 8 --altitude 40 --format netcdf)
   runs 0 "$canyon" "${box[@]}" --out p --draws 200 --error-limit 2.5 --alert-limit 30 --layers \
     horizontal_error_p95,horizontal_error_exceedance,protection_level,protected_availability,misleading_share
@@ -1647,7 +1647,7 @@ P
   fi
   runs 2 "$canyon" heatmap small.yaml --out bad --error-limit 0; one_line; says err error_m
   runs 2 "$canyon" heatmap small.yaml --out bad --motion driving; one_line; says err "no position filter" "--motion standing"
-  # Runs: the mean over cities drawn anew, and their 95 %; the same bytes on any number of threads.
+  # Runs: the mean over resampled cities, and their 95 %; the same bytes on any number of threads.
   sed '/^city/d' small.yaml >runs.yaml
   echo 'city: {synthetic: {blocks_east: 3, blocks_north: 3, seed: 2}, georeference: {sigma_m: 3}}' >>runs.yaml
   many=(heatmap runs.yaml --enu-box=-40,-8,40,8 --spacing 4 --tile 16 --altitude 2 --format netcdf,png
@@ -1668,10 +1668,10 @@ import json
 one = [json.load(open(f"one{s}.json"))["values"]["satellites_los"] for s in (1, 2, 3)]
 mean, p95 = (json.load(open(f))["values"]["satellites_los"] for f in ("mean.json", "p95.json"))
 assert abs(sum(one) / 3 - mean) < 1e-5, (one, mean)
-assert p95 == min(one), (one, p95)  # three runs have no worse end than the worst
+assert p95 == min(one), (one, p95)  # of three runs this is the worst
 P
   runs 2 "$canyon" "${many[@]}" --runs 0 --out bad; one_line; says err --runs
-  # Draws of what is unknown: their median and the bounds of intervals, in order in every cell.
+  # Samples of unknowns: their median and the bounds of intervals, in order in every cell.
   runs 0 "$canyon" "${many[@]}" --unknowns 4 --out u --threads 1
   says out "median of 4 draws of unknowns" "95 % of 4 draws of unknowns"; says err "unknown     facades: coated"
   for p in p05 p25 . p75 p95; do
@@ -1697,7 +1697,7 @@ bench)
   says one/drift/events.csv 'drift,'
   says one/drift/card.yaml 'bench: 2' 'receiver: ublox-m10' 'without_fault: low'
   for file in one/drift/receiver.obs one/drift/sky.nav one/drift/scenario.yaml; do [ -s "$file" ] || fail "no $file"; done
-  # A program that passes the fixes on follows the drift, and does not meet a limit.
+  # A program that passes fixes on follows the drift, and exceeds a limit.
   cut -d, -f1,3,4 one/drift/fixes.csv | awk -F, '$2 != ""' >one/passed.csv
   printf '%s\n' 'limits: [{drives: [drift], followed: 0.5}, {drives: [open], p95_m: 5}]' >limits.yaml
   pass=(sh -c 'cut -d, -f1,3,4 "$1"/fixes.csv | awk -F, "\$2 != \"\"" >"$2"' sh '{drive}' '{estimate}')
@@ -1707,14 +1707,14 @@ bench)
   says s.xml 'tests=' 'failures="1"'
   python3 -c 'import json; r = json.load(open("s.json"))["results"]; m = [x for x in r if x["estimate"] == "mine" and x["drive"] == "drift"][0]; assert abs(m["events"][0]["followed"] - 1) < 0.01 and m["availability"] > 0.99 and m["within_10m"] < 1, m' ||
     fail "s.json"
-  # Raw data do not contain a fault of the reported fix, so its limit does not apply to who reads them.
+  # Raw data do not contain a fault of the reported fix, so its limit does not apply to their users.
   runs 0 "$canyon" bench score one --limits limits.yaml --estimate 'raw=one/estimates/mine/{drive}.csv' --reads raw=raw,imu --quiet
   runs 2 "$canyon" bench score one --estimate m=x --reads rav; says err "there is no input 'rav'; did you mean 'raw'?"; one_line
-  # Standard output is JSON alone: the program's own goes to standard error.
+  # Standard output has only JSON: the program's own output goes to standard error.
   runs 0 "$canyon" bench run one --json - -- sh -c 'echo talks; cp "$1"/single.csv "$2"' sh '{drive}' '{estimate}'
   python3 -m json.tool out >/dev/null || fail "--json - is not JSON"; says err talks
   says one/score.html '<img width=' 'drift'
-  # An absent, empty or damaged estimate fails; the others are scored all the same.
+  # An absent, empty or damaged estimate fails; the others are still scored.
   runs 1 "$canyon" bench score one --estimate none=nowhere/{drive}.csv --quiet
   says err 'drift, none: there is no nowhere/drift.csv'
   runs 1 "$canyon" bench run one --junit s.xml -- sh -c 'case $1 in *open) echo time_s,latitude_deg,longitude_deg;; *) cat "$1"/single.csv;; esac >"$2"' sh '{drive}' '{estimate}'
@@ -1741,7 +1741,7 @@ assert r[1]["summary"] == r[0]["summary"] or abs(r[1]["summary"]["horizontal_p95
 END
   runs 2 "$canyon" view one/drift --track passed --out seen2; says err "--track 'passed' has no name"; one_line
   runs 2 "$canyon" view one --track passed=one/passed.csv --out seen2; says err 'one is not a drive of a bench'
-  # The spoofer pulls the fix away by the 200 m that it is described with; edition 1 stays as it was.
+  # The spoofer pulls the fix away by the 200 m of its description; edition 1 is unchanged.
   for edition in 1 2; do
     runs 0 "$canyon" bench make pulled --only spoofing --edition $edition --quiet
     runs 0 "$canyon" bench score pulled --json s.json --quiet
@@ -1759,19 +1759,19 @@ END
   runs 0 "$canyon" bench make tracked --only open --map map.osm.pbf track/epochs.csv --quiet
   for folder in mapped/open-my tracked/open; do [ "$(wc -l <$folder/truth.csv)" -gt 50 ] || fail "no drive in $folder"; done
   runs 2 "$canyon" bench make mapped --only outlier-100 --map map.osm.pbf --quiet; says err 'no drive can be made from this track'
-  # A bench has the drives of one call: what another one made is gone, the user's files are not.
+  # A bench has the drives of one call: files of another call are removed, the user's files are kept.
   mkdir -p again && "$canyon" bench make again --only open walk --edition 1 --quiet 2>err || fail "edition 1"
   says again/open/card.yaml 'bench: 1'; echo mine >again/open/mine.csv; cp again/open/single.csv again/open/ekf.csv; cp again/open/single.csv again/open/robust.csv
   runs 0 "$canyon" bench make again --only walk --receiver ublox-f9p --quiet
   [ ! -e again/open/card.yaml ] && [ ! -e again/walk/receiver.obs ] && [ -e again/open/mine.csv ] || fail "a drive of another call is there"
   runs 0 "$canyon" bench score again; says out walk; ! grep -q open out || fail "a drive of another call is scored"
-  # An interrupted drive is none.
+  # An interrupted drive is not kept.
   "$canyon" bench make ended --only open high --quiet 2>err & pid=$!
   until [ -e ended/high ] || ! kill -0 $pid; do sleep 0.05; done
   kill -TERM $pid; status=0; wait $pid || status=$?
   [ $status -eq 130 ] && [ ! -e ended/high/card.yaml ] && [ -e ended/open/card.yaml ] || fail "status $status, or half a drive"
   says err 'interrupted: 1 of 2 drives are in ended'
-  # So is a program that is stopped.
+  # The same for a stopped program.
   "$canyon" bench run one --quiet -- sh -c 'sleep 300 & echo $! >sleeper; wait' sh '{drive}' '{estimate}' 2>err & pid=$!
   until [ -s sleeper ] || ! kill -0 $pid; do sleep 0.05; done
   kill -TERM $pid; status=0; wait $pid || status=$?
@@ -1800,7 +1800,7 @@ study_ranks)
   done
   runs 2 "${ranks[@]}" 2 bash -c '"$0" "$@" --shard $((OMPI_COMM_WORLD_RANK + 1))/2' "$canyon" "${study[@]}" --out shards
   says err "the ranks of a job have different --shard"
-  # Runs that are finished when a rank is lost are kept; the next run computes the rest.
+  # Runs finished before the loss of a rank are kept; the next run computes the rest.
   finished() { cat lost/runs/*.jsonl 2>/dev/null | wc -l; }
   lose_a_rank 5 finished "$canyon" "${study[@]}" --out lost
   [ ! -e lost/study.nc ] || fail "the study was over before a rank was lost"
@@ -1828,14 +1828,14 @@ heatmap_ranks)
   # Bad input ends all of them, with one cause.
   runs 2 "${ranks[@]}" 2 "$canyon" heatmap small.yaml --out bad --layers hdpo; says err "canyon: --layers" "mean 'hdop'" ;;
 view)
-  # The page is the viewer's matter (viewer/test/); here a stand-in takes the data.
+  # The page is tested in viewer/test/; here a placeholder gets the data.
   echo '<html><body><!--canyon:data--></body></html>' >page.html; export CANYON_VIEWER=$PWD/page.html
   runs 0 "$canyon" view small.yaml --export scene.html --out v --duration 5; says err "MB, opens from disk"
   says scene.html 'id="canyon-view"' 'data-canyon-file="city.glb.gz"' 'data-canyon-file="block-0-00000.bin.gz"' 'data-canyon-file="track-0.bin.gz"'
   grep -q 'canyon:data' scene.html && fail "the place of the data is still there"
   gzip -t v/*.gz || fail "not gzip"
   [ "$(gzip -dc v/track-0.bin.gz | head -c 8)" = canyonV1 ] || fail "no chunk"
-  # The same again from the folder, and from a run that wrote it beside its files.
+  # The same again from the folder, and from a run that wrote it next to its files.
   runs 0 "$canyon" view v --export again.html --quiet; cmp scene.html again.html || fail "other bytes from the folder"
   runs 0 "$canyon" simulate small.yaml --out res --duration 5 --view --quiet
   diff -rq -x .canyon-results v res/view || fail "simulate --view writes something else"
@@ -1856,14 +1856,14 @@ view)
   runs 2 "$canyon" view small.yaml --city small.yaml --out m5; one_line; says err "--city without a heat map"
   runs 2 "$canyon" view map/map.nc --map map/map.nc --out m5; one_line; says err "--map with a map as input"
 
-  # Films: what is missing is said before any work.
+  # Films: missing programs are reported before any work.
   runs 2 "$canyon" view v --record film.jpg; one_line; says err "'.jpg' is not the ending of a film"
   runs 2 "$canyon" view v --record film.webp --record-size 801x600; one_line; says err --record-size
   runs 2 "$canyon" view v --record film.mp4; one_line; says err ffmpeg
   runs 2 env PATH=/none "$canyon" view v --record film.webp; one_line; says err Node.js
   runs 2 "$canyon" view v --export x.html --record-fps 5; says err "--record-fps requires --record"
   runs 2 "$canyon" view v --export x.html --open; one_line; says err "--open and --port serve a view"
-  # A view that is cut off is found before it is shown.
+  # A truncated view is detected before it is shown.
   cp -r v cut; truncate -s -1 cut/track-0.bin.gz; runs 2 "$canyon" view cut; one_line; says err "cut/track-0.bin.gz: is cut off"
   runs 2 "$canyon" view cut --export x.html; one_line; [ ! -e x.html ] || fail "a page of a damaged view"
   rm cut/track-0.bin.gz; runs 2 "$canyon" view cut; one_line; says err "cut/track-0.bin.gz: is missing"
@@ -1872,7 +1872,7 @@ view)
   rm -r res/view; runs 2 "$canyon" view res; one_line; says err "res: is a folder without a view" --view
   runs 2 "$canyon" view small.yaml --live tcp://127.0.0.1:1 --out x; one_line; says err "--live serves a view"
   runs 2 "$canyon" view small.yaml --live nowhere; one_line; says err nowhere
-  # A host brings the motion: of its scenario the city is enough.
+  # A host provides the motion: only the scenario's city is needed.
   printf 'city: {synthetic: {seed: 3}}\nsky: {nominal: true}\nreceivers: [{name: rover}]\n' >moved.yaml
   runs 2 "$canyon" view moved.yaml --live nowhere; one_line; says err nowhere
   "$canyon" view v --quiet >address & served=$!
