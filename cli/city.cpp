@@ -56,7 +56,7 @@ int run_city_info(const CityInfoArguments& arguments) {
     return kOk;
   }
   fmt::print("{}\n", city.name);
-  if (loaded.placed) {
+  if (loaded.is_georeferenced) {
     fmt::print("  origin        {:.6f}, {:.6f}, {:.1f} m\n", geodesy::degrees(origin.latitude_rad),
                geodesy::degrees(origin.longitude_rad), origin.height_m);
   } else {
@@ -88,7 +88,7 @@ void add_city_options(Command& command, CityArguments& arguments) {
   add_switch(command, "--elsewhere", arguments.tiles, "elsewhere");
 }
 
-void add_place_options(Command& command, CityArguments& arguments) {
+void add_georeference_options(Command& command, CityArguments& arguments) {
   command.add_option("--origin", arguments.origin, "LAT,LON,HEIGHT",
                      "origin of a mesh, a map or a tileset (degrees, metres)");
   add_change(command, "--geoid-undulation", arguments.sea_level, "geoid_undulation_m");
@@ -122,7 +122,7 @@ void change_city(simulation::CityConfig& config, const CityArguments& arguments,
 simulation::CityConfig city_config(const std::string& input, const CityArguments& arguments) {
   simulation::CityConfig config;
   std::optional<geodesy::Geodetic> origin;
-  if (!arguments.origin.empty()) origin = parse_place(arguments.origin, "--origin");
+  if (!arguments.origin.empty()) origin = parse_position(arguments.origin, "--origin");
   if (!is_scenario(input))
     config = simulation::city_config(input, origin);
   else if (!origin)
@@ -158,7 +158,7 @@ void add_city(Command& app) {
           "model (.world .sdf, folder), 3D Tiles (tileset.json, or its https address), or a scenario: its "
           "city")
       .required();
-  add_place_options(info, arguments.city);
+  add_georeference_options(info, arguments.city);
   add_city_options(info, arguments.city);
   info.add_flag("--json", arguments.json, "print JSON");
   info.add_flag("--quiet", arguments.quiet, "print no progress");

@@ -31,7 +31,7 @@ struct CityBuildArguments {
   MapCity map;  ///< only its numbers; the rest comes from the other fields
   CityArguments city;
   buildings::OverpassOptions download;
-  std::string place;
+  std::string area;
   std::string name;
   bool quiet = false;
   bool json = false;
@@ -88,7 +88,7 @@ std::vector<std::filesystem::path> download(const CityBuildArguments& arguments,
     const auto& [west, south, east, north] = *map.bbox_deg;
     box = {west, south, east, north};
   } else {
-    box = buildings::find_place(arguments.place, options);
+    box = buildings::find_named_area(arguments.area, options);
     map.bbox_deg = {box.west, box.south, box.east, box.north};
   }
   box.validate();
@@ -102,7 +102,7 @@ simulation::CityConfig make_config(const CityBuildArguments& arguments, const Co
     throw InputError("nothing to build from",
                      "give map or city files, or --place NAME, or --overpass URL with --bbox");
   }
-  if (online && arguments.place.empty() && arguments.city.bbox.empty())
+  if (online && arguments.area.empty() && arguments.city.bbox.empty())
     throw InputError("--overpass without --place or --bbox", "give the area to download");
   if (!arguments.inputs.empty() && !is_file_of<MapCity>(arguments.inputs.front())) {
     const std::string& input = arguments.inputs.front();
@@ -130,7 +130,7 @@ simulation::CityConfig make_config(const CityBuildArguments& arguments, const Co
     map.files.emplace_back(input);
   }
   map.terrain.assign(arguments.terrain.begin(), arguments.terrain.end());
-  if (!arguments.city.origin.empty()) config.origin = parse_place(arguments.city.origin, "--origin");
+  if (!arguments.city.origin.empty()) config.origin = parse_position(arguments.city.origin, "--origin");
   change_city(config, arguments.city, "a map");
   if (online) map.files = download(arguments, map);
   return config;
@@ -194,10 +194,10 @@ Json to_json(const buildings::BuildReport& r) {
 }
 
 /// A mesh, or a tileset with its own frame, is not georeferenced, but these formats need a position.
-void require_place(const Output& out, bool placed, const CityBuildArguments& arguments) {
+void require_georeference(const Output& out, bool is_located, const CityBuildArguments& arguments) {
   const Format format = out.format;
   const bool claims = format == Format::Canyon || format == Format::World || format == Format::Model;
-  if (placed || !claims || !arguments.city.origin.empty()) return;
+  if (is_located || !claims || !arguments.city.origin.empty()) return;
   throw InputError(fmt::format("-o {}: {} is not georeferenced", out.path.string(), arguments.inputs.front()),
                    "give --origin LAT,LON,HEIGHT of its zero");
 }
@@ -208,7 +208,7 @@ int run_city_build(const CityBuildArguments& arguments, const Command& command) 
   std::vector<Output> outputs;
   for (const std::string& text : arguments.outputs) {
     outputs.push_back(parse_output(text, from_map));
-    require_place(outputs.back(), !from_mesh, arguments);
+    require_georeference(outputs.back(), !from_mesh, arguments);
   }
 
   const auto begin = std::chrono::steady_clock::now();
@@ -217,7 +217,7 @@ int run_city_build(const CityBuildArguments& arguments, const Command& command) 
   if (!arguments.name.empty()) loaded.city.name = arguments.name;
   const double build_s = seconds_since(begin);
   for (const Output& out : outputs) {
-    require_place(out, loaded.placed, arguments);
+    require_georeference(out, loaded.is_georeferenced, arguments);
     write(out, loaded, arguments);
   }
   const double all_s = seconds_since(begin);
@@ -265,7 +265,7 @@ void add_city_build(Command& city) {
       .required()
       .writes()
       .repeated();
-  add_place_options(build, arguments->city);
+  add_georeference_options(build, arguments->city);
   add_city_options(build, arguments->city);
   build.add_option("--terrain", arguments->terrain, "FILE", "height rasters (GeoTIFF, SRTM HGT, ...)");
   add_field(build, "--level-height", arguments->map.build, "level_height_m");
@@ -273,7 +273,7 @@ void add_city_build(Command& city) {
   add_field(build, "--height", arguments->map.build, "heights").value = "TYPE=M";
   build.add_flag("--foliage", arguments->map.build.foliage, "also read trees, tree rows and woods");
   add_field(build, "--overpass", arguments->download, "url").excludes("input").value = "URL";
-  build.add_option("--place", arguments->place, "NAME", "download an area by its name")
+  build.add_option("--place", arguments->area, "NAME", "download an area by its name")
       .excludes("input")
       .excludes("--bbox");
   add_field(build, "--cache", arguments->download, "cache").value = "DIR";

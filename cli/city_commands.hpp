@@ -25,7 +25,7 @@ struct CityArguments {
 /// @param arguments must live as long as the command
 void add_city_options(Command& command, CityArguments& arguments);
 /// Adds --origin, --geoid and --geoid-undulation.
-void add_place_options(Command& command, CityArguments& arguments);
+void add_georeference_options(Command& command, CityArguments& arguments);
 /// Applies the changes. Throws InputError for options without effect on a city of this kind. @param input its
 /// name in messages
 void change_city(simulation::CityConfig& config, const CityArguments& arguments, const std::string& input);

@@ -33,15 +33,15 @@ int guarded(const heatmap::MpiProcesses& processes, const std::function<int()>& 
   }
 }
 
-geodesy::Geodetic parse_place(const std::string& text, const std::string& option) {
+geodesy::Geodetic parse_position(const std::string& text, const std::string& option) {
   const std::vector<double> values = parse_numbers(text);
   if (values.size() != 3) {
     throw InputError(fmt::format("{} '{}' is not a position", option, text),
                      "give LATITUDE,LONGITUDE,HEIGHT in degrees and metres, e.g. 22.3,114.17,10");
   }
-  const geodesy::Geodetic place = geodesy::Geodetic::from_degrees(values[0], values[1], values[2]);
-  geodesy::check_geodetic(place, option.c_str());
-  return place;
+  const geodesy::Geodetic position = geodesy::Geodetic::from_degrees(values[0], values[1], values[2]);
+  geodesy::check_geodetic(position, option.c_str());
+  return position;
 }
 
 geodesy::GpsTime middle_time(const gnss::NavigationData& navigation) {

@@ -59,7 +59,7 @@ void add_manual(Command& app, const std::string& version);
 
 /// "22.3,114.17,10" -> position (degrees, degrees, metres; the height may be left out). Throws InputError
 /// with the option's name.
-[[nodiscard]] geodesy::Geodetic parse_place(const std::string& text, const std::string& option);
+[[nodiscard]] geodesy::Geodetic parse_position(const std::string& text, const std::string& option);
 /// The numbers of a list, "1,2.5,-3"; empty unless every piece is one.
 [[nodiscard]] std::vector<double> parse_numbers(const std::string& text);
 /// Throws InputError with --format unless simulation::trajectory_formats() contains it.

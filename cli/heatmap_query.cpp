@@ -27,8 +27,8 @@ using heatmap::RouteReport;
 using heatmap::StoredMap;
 
 struct HeatmapQueryArguments {
-  std::string map, place, path, format, time;  ///< format: empty: detected from the route's content
-  heatmap::RouteOptions route;                 ///< step_m: 0: not given
+  std::string map, position, path, format, time;  ///< format: empty: detected from the route's content
+  heatmap::RouteOptions route;                    ///< step_m: 0: not given
   bool json = false;
 };
 
@@ -63,9 +63,9 @@ std::string times_text(const StoredMap& map) {
 std::string bounds_text(const StoredMap& map) {
   const heatmap::Grid& grid = map.grid();
   const auto corner = [&](double east, double north) {
-    const geodesy::Geodetic place = map.frame().geodetic_from_local({east, north, 0});
-    return fmt::format("{:.6f},{:.6f}", geodesy::degrees(place.latitude_rad),
-                       geodesy::degrees(place.longitude_rad));
+    const geodesy::Geodetic position = map.frame().geodetic_from_local({east, north, 0});
+    return fmt::format("{:.6f},{:.6f}", geodesy::degrees(position.latitude_rad),
+                       geodesy::degrees(position.longitude_rad));
   };
   return fmt::format("{} to {}", corner(grid.west_m, grid.south_m), corner(grid.east_m(), grid.north_m()));
 }
@@ -103,28 +103,28 @@ double altitude_of(const HeatmapQueryArguments& arguments, const StoredMap& map)
   return asked_m;
 }
 
-int query_place(const HeatmapQueryArguments& arguments, const StoredMap& map) {
-  const std::vector<double> at = parse_numbers(arguments.place);
+int query_point(const HeatmapQueryArguments& arguments, const StoredMap& map) {
+  const std::vector<double> at = parse_numbers(arguments.position);
   if (at.size() != 2) {
-    throw InputError(fmt::format("--at '{}' is not a position on a map", arguments.place),
+    throw InputError(fmt::format("--at '{}' is not a position on a map", arguments.position),
                      "give LATITUDE,LONGITUDE in degrees, and --altitude if the map has several");
   }
-  const auto place = geodesy::Geodetic::from_degrees(at[0], at[1], map.frame().origin().height_m);
-  geodesy::check_geodetic(place, "--at");
-  const Vector2d enu = map.frame().local_from_geodetic(place).head<2>();
+  const auto position = geodesy::Geodetic::from_degrees(at[0], at[1], map.frame().origin().height_m);
+  geodesy::check_geodetic(position, "--at");
+  const Vector2d enu = map.frame().local_from_geodetic(position).head<2>();
   const GpsTime time = arguments.time.empty() ? map.times().front() : parse_instant(arguments.time);
   const std::optional<heatmap::MapAnswer> answer = map.at(enu, altitude_of(arguments, map), time);
   if (!answer) {
     if (map.at({map.grid().centre(0, 0)}, map.altitudes_m().front(), time)) {
-      throw InputError(fmt::format("--at {} is outside the map", arguments.place),
+      throw InputError(fmt::format("--at {} is outside the map", arguments.position),
                        "it extends from " + bounds_text(map));
     }
     throw InputError(fmt::format("--time {} is outside the map's times", geodesy::format_utc(time, 0)),
                      "the map is " + times_text(map));
   }
   if (arguments.json) {
-    Json out{{"latitude_deg", geodesy::degrees(place.latitude_rad)},
-             {"longitude_deg", geodesy::degrees(place.longitude_rad)},
+    Json out{{"latitude_deg", geodesy::degrees(position.latitude_rad)},
+             {"longitude_deg", geodesy::degrees(position.longitude_rad)},
              {"enu_m", {enu.x(), enu.y()}},
              {"altitude_m", answer->altitude_m},
              {"motion", map.motion()},
@@ -137,9 +137,9 @@ int query_place(const HeatmapQueryArguments& arguments, const StoredMap& map) {
     return kOk;
   }
   fmt::print("{:.7f}, {:.7f} (east {:.2f}, north {:.2f} m), {}, {}, receiver {}: {}\n\n",
-             geodesy::degrees(place.latitude_rad), geodesy::degrees(place.longitude_rad), enu.x(), enu.y(),
-             altitude_text(map, answer->altitude_m), geodesy::format_utc(answer->time, 0), map.motion(),
-             state_word(answer->state));
+             geodesy::degrees(position.latitude_rad), geodesy::degrees(position.longitude_rad), enu.x(),
+             enu.y(), altitude_text(map, answer->altitude_m), geodesy::format_utc(answer->time, 0),
+             map.motion(), state_word(answer->state));
   std::vector<TextRow> rows;
   for (std::size_t k = 0; k < map.layers().size(); ++k) {
     const heatmap::LayerInfo& about = heatmap::info(map.layers()[k]);
@@ -174,9 +174,9 @@ RouteReport report_of(const HeatmapQueryArguments& arguments, const StoredMap& m
 std::string stretch_text(const heatmap::RouteStretch& stretch, const RouteReport& report,
                          const StoredMap& map) {
   const heatmap::RouteStation& middle = report.stations[stretch.first + stretch.count / 2];
-  const geodesy::Geodetic place = map.frame().geodetic_from_local({middle.enu.x(), middle.enu.y(), 0});
+  const geodesy::Geodetic position = map.frame().geodetic_from_local({middle.enu.x(), middle.enu.y(), 0});
   return fmt::format("{:.0f} to {:.0f} m, about {:.6f}, {:.6f}", stretch.from_m, stretch.to_m,
-                     geodesy::degrees(place.latitude_rad), geodesy::degrees(place.longitude_rad));
+                     geodesy::degrees(position.latitude_rad), geodesy::degrees(position.longitude_rad));
 }
 
 /// "1234 m in 3 min 5 s: 7.4 m of horizontal_error_mean in the mean, a fix on 97.2 % of it, worst 31.0 m at
@@ -239,10 +239,10 @@ void print_json(const RouteReport& report, const StoredMap& map) {
         {"p95", layer.p95},         {"least", layer.least}, {"greatest", layer.greatest}};
   }
   for (const heatmap::RouteStation& station : report.stations) {
-    const geodesy::Geodetic place = map.frame().geodetic_from_local({station.enu.x(), station.enu.y(), 0});
+    const geodesy::Geodetic position = map.frame().geodetic_from_local({station.enu.x(), station.enu.y(), 0});
     Json entry{{"way_m", station.way_m},
-               {"latitude_deg", geodesy::degrees(place.latitude_rad)},
-               {"longitude_deg", geodesy::degrees(place.longitude_rad)},
+               {"latitude_deg", geodesy::degrees(position.latitude_rad)},
+               {"longitude_deg", geodesy::degrees(position.longitude_rad)},
                {"time_utc", geodesy::format_utc(station.time)},
                {"state", station.answer ? state_word(station.answer->state) : "outside the map"}};
     if (station.answer)
@@ -292,11 +292,11 @@ int query_path(const HeatmapQueryArguments& arguments, const StoredMap& map) {
 }
 
 int run_heatmap_query(const HeatmapQueryArguments& arguments) {
-  if (arguments.place.empty() == arguments.path.empty())
+  if (arguments.position.empty() == arguments.path.empty())
     throw InputError("neither a position nor a route is given", "give --at LAT,LON or --path FILE");
   if (!arguments.format.empty()) check_trajectory_format(arguments.format);
   const StoredMap map(arguments.map);
-  return arguments.place.empty() ? query_path(arguments, map) : query_place(arguments, map);
+  return arguments.position.empty() ? query_path(arguments, map) : query_point(arguments, map);
 }
 
 constexpr const char* kHeatmapQueryFooter =
@@ -316,7 +316,7 @@ void add_heatmap_query(Command& heatmap) {
       heatmap.add_command("query", "print the values of a finished map at a position or along a route");
   HeatmapQueryArguments& arguments = command.run_with(run_heatmap_query);
   command.add_option("map", arguments.map, "MAP.nc", "the map's NetCDF file").required();
-  command.add_option("--at", arguments.place, "LAT,LON", "a position [deg]");
+  command.add_option("--at", arguments.position, "LAT,LON", "a position [deg]");
   command
       .add_option("--path", arguments.path, "FILE", "a route: positions, and times unless --speed is given")
       .excludes("--at");

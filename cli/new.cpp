@@ -84,9 +84,9 @@ class DriveFinder {
       middle_(axis) = *middle;
     }
   }
-  [[nodiscard]] double antenna_m(const Eigen::Vector2d& place) const {
-    const auto terrain = scene_.scene.terrain_height(place.x(), place.y());
-    return kAntenna_m + terrain.value_or(-scene_.scene.height_above_ground({place.x(), place.y(), 0}));
+  [[nodiscard]] double antenna_m(const Eigen::Vector2d& position) const {
+    const auto terrain = scene_.scene.terrain_height(position.x(), position.y());
+    return kAntenna_m + terrain.value_or(-scene_.scene.height_above_ground({position.x(), position.y(), 0}));
   }
   [[nodiscard]] static double length_m(const Way& way) {
     double length_m = 0;
@@ -96,25 +96,26 @@ class DriveFinder {
 
   /// The first route of 500 m along streets from one of the points next to the middle, else the longest.
   [[nodiscard]] Way along(const buildings::StreetMap& streets) const {
-    Way places;
-    for (const buildings::LonLat& at : streets.places) {
-      const auto place = geodesy::Geodetic::from_degrees(at.y(), at.x(), scene_.city.frame.origin().height_m);
-      places.emplace_back(scene_.city.frame.local_from_geodetic(place).head<2>());
+    Way points;
+    for (const buildings::LonLat& at : streets.positions) {
+      const auto position =
+          geodesy::Geodetic::from_degrees(at.y(), at.x(), scene_.city.frame.origin().height_m);
+      points.emplace_back(scene_.city.frame.local_from_geodetic(position).head<2>());
     }
-    std::vector<std::vector<std::size_t>> next(places.size());
+    std::vector<std::vector<std::size_t>> next(points.size());
     for (const auto& [from, to] : streets.pieces) {
       next[from].push_back(to);
       next[to].push_back(from);
     }
-    std::vector<std::size_t> starts(places.size());
+    std::vector<std::size_t> starts(points.size());
     std::iota(starts.begin(), starts.end(), 0);
     std::stable_sort(starts.begin(), starts.end(), [&](std::size_t a, std::size_t b) {
-      return (places[a] - middle_).squaredNorm() < (places[b] - middle_).squaredNorm();
+      return (points[a] - middle_).squaredNorm() < (points[b] - middle_).squaredNorm();
     });
     if (starts.size() > 30) starts.resize(30);
     Way best;
     for (const std::size_t start : starts) {
-      Way way = shortest(places, next, start);
+      Way way = shortest(points, next, start);
       if (length_m(way) > length_m(best)) best = std::move(way);
       if (length_m(best) > kDrive_m - 1) break;
     }
@@ -139,25 +140,25 @@ class DriveFinder {
   }
 
  private:
-  [[nodiscard]] bool is_free(const Eigen::Vector2d& place) const {
-    if (on_terrain_ && !scene_.scene.terrain_height(place.x(), place.y())) return false;
-    const double up_m = antenna_m(place);
+  [[nodiscard]] bool is_free(const Eigen::Vector2d& position) const {
+    if (on_terrain_ && !scene_.scene.terrain_height(position.x(), position.y())) return false;
+    const double up_m = antenna_m(position);
     const auto free = [&](double east_m, double north_m) {
-      const Eigen::Vector3d at(place.x() + east_m, place.y() + north_m, up_m);
-      return scene_.scene.placement(at) == raytrace::Placement::Free;
+      const Eigen::Vector3d at(position.x() + east_m, position.y() + north_m, up_m);
+      return scene_.scene.containment(at) == raytrace::Containment::Free;
     };
     return free(0, 0) && free(kBeside_m, 0) && free(-kBeside_m, 0) && free(0, kBeside_m) &&
            free(0, -kBeside_m);
   }
 
   /// The shortest path to the nearest point that is 500 m away along it, else to the farthest (Dijkstra).
-  [[nodiscard]] Way shortest(const Way& places, const std::vector<std::vector<std::size_t>>& next,
+  [[nodiscard]] Way shortest(const Way& points, const std::vector<std::vector<std::size_t>>& next,
                              std::size_t start) const {
     const auto leads = [&](std::size_t from, std::size_t to) {
-      const Eigen::Vector2d way = places[to] - places[from];
+      const Eigen::Vector2d way = points[to] - points[from];
       const double steps = std::ceil(way.norm() / kStep_m) + 1;
       for (double i = 0; i <= steps; ++i)
-        if (!is_free(places[from] + way * i / steps)) return false;
+        if (!is_free(points[from] + way * i / steps)) return false;
       return true;
     };
     using Step = std::tuple<double, std::size_t, std::size_t>;  // length, point, previous point
@@ -173,11 +174,11 @@ class DriveFinder {
       before[at] = from;
       last = at;
       away_m = length_m;
-      for (const std::size_t to : next[at]) open.emplace(away_m + (places[to] - places[at]).norm(), to, at);
+      for (const std::size_t to : next[at]) open.emplace(away_m + (points[to] - points[at]).norm(), to, at);
     }
     if (before.empty()) return {};
-    Way way{places[last]};
-    for (; last != start; last = before[last]) way.push_back(places[before[last]]);
+    Way way{points[last]};
+    for (; last != start; last = before[last]) way.push_back(points[before[last]]);
     if (away_m > kDrive_m) way[0] += (way[1] - way[0]).normalized() * (away_m - kDrive_m);
     std::reverse(way.begin(), way.end());
     return way;
@@ -305,7 +306,7 @@ class ScenarioWriter {
     const auto& points = path.points;
     std::size_t first = 0, count = 0, run = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const Eigen::Vector3d at = scene.city.frame.local_from_geodetic(points[i].place);
+      const Eigen::Vector3d at = scene.city.frame.local_from_geodetic(points[i].position);
       run = !on_terrain || scene.scene.terrain_height(at.x(), at.y()) ? run + 1 : 0;
       if (run > count) count = run, first = i + 1 - run;
     }
@@ -315,7 +316,7 @@ class ScenarioWriter {
       throw InputError(
           file, 0,
           count < 2 ? fmt::format("is next to the city: it begins {:.1f} km from it",
-                                  scene.city.frame.local_from_geodetic(points.front().place).norm() / 1e3)
+                                  scene.city.frame.local_from_geodetic(points.front().position).norm() / 1e3)
                     : "leads out of the city, and has no dates",
           "give a map of all of it, and angles in degrees in the order of the format");
     if (!dated) {
@@ -353,11 +354,11 @@ class ScenarioWriter {
     out_.yaml +=
         fmt::format("start: {}\nrate_hz: 1\ntrajectory:  # or file: track.gpx\n  waypoints:\n", text(start_));
     for (const Eigen::Vector2d& corner : way) {
-      const geodesy::Geodetic place =
+      const geodesy::Geodetic position =
           scene.city.frame.geodetic_from_local({corner.x(), corner.y(), finder.antenna_m(corner)});
       out_.yaml += fmt::format("    - {{latitude_deg: {:.7f}, longitude_deg: {:.7f}{}}}\n",
-                               degrees(place.latitude_rad), degrees(place.longitude_rad),
-                               on_terrain ? "" : fmt::format(", height_m: {:.2f}", place.height_m));
+                               degrees(position.latitude_rad), degrees(position.longitude_rad),
+                               on_terrain ? "" : fmt::format(", height_m: {:.2f}", position.height_m));
     }
     out_.yaml += "  speed_mps: 8  # also acceleration_mps2: 2, which rounds corners\n";
     if (on_terrain) out_.yaml += "  height_above_terrain_m: 1.5\n";
@@ -412,9 +413,9 @@ ScenarioPart scenario_part(const fs::path& file) {
 
 NewScenario new_scenario(const std::vector<std::string>& files, const std::string& name,
                          const std::string& origin) {
-  std::optional<geodesy::Geodetic> place;
-  if (!origin.empty()) place = parse_place(origin, "--origin");
-  return ScenarioWriter(files, name).write(place);
+  std::optional<geodesy::Geodetic> position;
+  if (!origin.empty()) position = parse_position(origin, "--origin");
+  return ScenarioWriter(files, name).write(position);
 }
 
 void add_new(Command& app) {

@@ -168,9 +168,9 @@ validation::Comparison RecordedDrive::simulate(const simulation::ReceiverConfig&
 
 validation::Comparison RecordedDrive::simulate(const simulation::ReceiverConfig& receiver,
                                                const simulation::Environment& environment,
-                                               const validation::Registration& place,
+                                               const validation::Registration& position,
                                                std::uint64_t seed) const {
-  return validation::compare(recording_, receiver, environment, place, seed, compare_);
+  return validation::compare(recording_, receiver, environment, position, seed, compare_);
 }
 
 std::unique_ptr<simulation::Environment> RecordedDrive::drawn_environment(simulation::Scenario scenario) {
@@ -213,7 +213,7 @@ void RecordedDrive::check() {
   if (parse_numbers(arguments_.truth).size() == 3) {
     recorded_.truth.reset();
     scenario_.trajectory = {};
-    scenario_.trajectory.waypoints = {parse_place(arguments_.truth, "--truth")};
+    scenario_.trajectory.waypoints = {parse_position(arguments_.truth, "--truth")};
   }
   validation::settle_truth(scenario_, recorded_, prefix_ + "--truth");
   check_trajectory_format(recorded_.truth_format);

@@ -84,7 +84,7 @@ class RecordedDrive {
   /// The same with another city, city position and seed, without the never tracked satellites found so far.
   [[nodiscard]] validation::Comparison simulate(const simulation::ReceiverConfig& receiver,
                                                 const simulation::Environment& environment,
-                                                const validation::Registration& place,
+                                                const validation::Registration& position,
                                                 std::uint64_t seed) const;
   /// Metrics of a part of such a comparison. @param runs as for validation::figures()
   [[nodiscard]] validation::ModelFigures figures_of(

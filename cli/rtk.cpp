@@ -30,7 +30,7 @@ using geodesy::GpsTime;
 using positioning::FixKind;
 
 struct RtkArguments {
-  std::string rover, base, base_place, truth, truth_format, out;
+  std::string rover, base, base_position, truth, truth_format, out;
   std::vector<std::string> signals;
   simulation::SkyConfig sky;
   relative::PairOptions options;
@@ -60,7 +60,7 @@ bool is_rtcm(const std::string& path) {
 /// @param around a time within half a week of the recording, which is missing in RTCM
 /// @param near a position within 50 km of an antenna without a reported position, ECEF [m]; or zeros
 Recording read(const std::string& path, const RtkArguments& arguments, const gnss::NavigationData& navigation,
-               GpsTime around, bool needs_place, const Eigen::Vector3d& near) {
+               GpsTime around, bool needs_position, const Eigen::Vector3d& near) {
   const std::set<gnss::System>& systems = arguments.sky.systems;
   Recording recording;
   if (!is_rtcm(path)) {
@@ -80,7 +80,7 @@ Recording read(const std::string& path, const RtkArguments& arguments, const gns
   known.allow_stale = arguments.sky.allow_stale;
   const auto ranges = rtcm::range_table(std::make_shared<orbit::BroadcastSky>(navigation, known), near);
   const rtcm::RtcmCorrections corrections =
-      rtcm::read_rtcm_corrections(path, around, channel, needs_place, ranges);
+      rtcm::read_rtcm_corrections(path, around, channel, needs_position, ranges);
   ReadReport report;
   for (const std::string& line : corrections.status.warnings())
     report.say(ReadReport::Level::Loss, fmt::format("{}: {}", path, line));
@@ -96,26 +96,26 @@ Recording read(const std::string& path, const RtkArguments& arguments, const gns
 }
 
 /// The position of the base's antenna: as given, else from the file.
-Eigen::Vector3d place_of_base(const RtkArguments& arguments, const Recording& base) {
-  if (!arguments.base_place.empty())
-    return geodesy::ecef_from_geodetic(parse_place(arguments.base_place, "--base-position"));
+Eigen::Vector3d base_position_ecef(const RtkArguments& arguments, const Recording& base) {
+  if (!arguments.base_position.empty())
+    return geodesy::ecef_from_geodetic(parse_position(arguments.base_position, "--base-position"));
   if (!base.rtcm.empty()) return base.rtcm.front()->station_ecef;
-  std::vector<Eigen::Vector3d> places;
+  std::vector<Eigen::Vector3d> points;
   for (const rinex::ObservationEpoch& epoch : base.rinex.epochs) {
-    const auto place = epoch.header ? epoch.header->antenna_ecef() : std::nullopt;
-    if (place && (places.empty() || places.back() != *place)) places.push_back(*place);
+    const auto position = epoch.header ? epoch.header->antenna_ecef() : std::nullopt;
+    if (position && (points.empty() || points.back() != *position)) points.push_back(*position);
   }
-  if (places.empty()) {
+  if (points.empty()) {
     throw InputError(arguments.base, 0, "the header has no position of the base's antenna",
                      "give --base-position LATITUDE,LONGITUDE,HEIGHT");
   }
-  const Geodetic at = geodesy::geodetic_from_ecef(places.front());
+  const Geodetic at = geodesy::geodetic_from_ecef(points.front());
   print_warnings({fmt::format(
       "the base is at the position in its file's header, {:.9f},{:.9f},{:.4f}{}: errors of it are errors of "
       "the rover; give a surveyed position by --base-position",
       geodesy::degrees(at.latitude_rad), geodesy::degrees(at.longitude_rad), at.height_m,
-      places.size() > 1 ? fmt::format(", then at {} more by later records", places.size() - 1) : "")});
-  return places.front();
+      points.size() > 1 ? fmt::format(", then at {} more by later records", points.size() - 1) : "")});
+  return points.front();
 }
 
 /// Signals by their names, separated by commas or blanks.
@@ -139,8 +139,8 @@ std::function<std::optional<Geodetic>(geodesy::GpsTime)> read_truth(const RtkArg
                                                                     geodesy::GpsTime end) {
   if (arguments.truth.empty()) return [](geodesy::GpsTime) { return std::nullopt; };
   if (parse_numbers(arguments.truth).size() == 3) {
-    const Geodetic place = parse_place(arguments.truth, "--truth");
-    return [place](geodesy::GpsTime) { return std::optional(place); };
+    const Geodetic geodetic = parse_position(arguments.truth, "--truth");
+    return [geodetic](geodesy::GpsTime) { return std::optional(geodetic); };
   }
   check_trajectory_format(arguments.truth_format);
   const auto file = simulation::read_trajectory_file(arguments.truth, arguments.truth_format, start);
@@ -176,10 +176,10 @@ void print_kinds(const std::vector<relative::PairEpoch>& epochs,
     Errors& errors = by_kind[epoch.fix.kind()];
     ++errors.count;
     if (!epoch.fix.solved()) continue;
-    const auto place = truth(epoch.receiver_time);
-    if (!place) continue;
-    const Eigen::Vector3d error = geodesy::enu_from_ecef_rotation(*place) *
-                                  (epoch.fix.position_ecef - geodesy::ecef_from_geodetic(*place));
+    const auto position = truth(epoch.receiver_time);
+    if (!position) continue;
+    const Eigen::Vector3d error = geodesy::enu_from_ecef_rotation(*position) *
+                                  (epoch.fix.position_ecef - geodesy::ecef_from_geodetic(*position));
     errors.horizontal.push_back(error.head<2>().norm());
     errors.vertical.push_back(std::abs(error.z()));
   }
@@ -219,27 +219,27 @@ int run_rtk(const RtkArguments& arguments) {
   const gnss::NavigationData navigation =
       rinex::read_rinex_navigation(arguments.sky.navigation, arguments.sky.systems);
   const Eigen::Vector3d given =
-      arguments.base_place.empty()
+      arguments.base_position.empty()
           ? Eigen::Vector3d::Zero().eval()
-          : geodesy::ecef_from_geodetic(parse_place(arguments.base_place, "--base-position"));
+          : geodesy::ecef_from_geodetic(parse_position(arguments.base_position, "--base-position"));
   // A rover's RTCM may need the position of the base.
   Recording rover;
   const bool rover_first = !is_rtcm(arguments.rover);
   if (rover_first) rover = read(arguments.rover, arguments, navigation, {}, false, given);
   const auto base_file = read(arguments.base, arguments, navigation,
                               rover_first ? rover.first() : middle_time(navigation), given.isZero(), given);
-  const Eigen::Vector3d place = place_of_base(arguments, base_file);
+  const Eigen::Vector3d point = base_position_ecef(arguments, base_file);
   if (!rover_first)
-    rover = read(arguments.rover, arguments, navigation, middle_time(navigation), false, place);
+    rover = read(arguments.rover, arguments, navigation, middle_time(navigation), false, point);
   const GpsTime first = rover.first();
   const simulation::BuiltSky sky =
-      simulation::build_sky(arguments.sky, first, rover.last(), geodesy::geodetic_from_ecef(place));
+      simulation::build_sky(arguments.sky, first, rover.last(), geodesy::geodetic_from_ecef(point));
   print_report(sky.report, "canyon check of the navigation files");
   relative::RecordedEpochs base = base_file.epochs(*sky.sky);
-  if (!arguments.base_place.empty()) {
+  if (!arguments.base_position.empty()) {
     for (auto& epoch : base) {
       relative::Corrections there = *epoch;
-      there.station_ecef = place;
+      there.station_ecef = point;
       epoch = std::make_shared<const relative::Corrections>(std::move(there));
     }
   }
@@ -302,7 +302,7 @@ void add_rtk(Command& app) {
   command.add_option("base", arguments.base, "BASE", "observations of the base, in the same formats")
       .required();
   add_field(command, "--nav", arguments.sky, "navigation", "").required();
-  command.add_option("--base-position", arguments.base_place, "LAT,LON,HEIGHT",
+  command.add_option("--base-position", arguments.base_position, "LAT,LON,HEIGHT",
                      "antenna of the base, degrees and metres (from its file)");
   command.add_option("--truth", arguments.truth, "POSITION|FILE",
                      "true position of the rover: LAT,LON,HEIGHT, or a trajectory; errors are printed");

@@ -43,7 +43,7 @@ void check_near_city(const Eigen::Vector3d& enu, const city::City& city, const c
 
 void add_site_options(Command& command, SiteArguments& arguments) {
   add_scenario_file(command, arguments.scenario, "scenario file: its city, sky and propagation");
-  command.add_option("--at", arguments.place, "LAT,LON,HEIGHT", "antenna (degrees, ellipsoidal metres)");
+  command.add_option("--at", arguments.area, "LAT,LON,HEIGHT", "antenna (degrees, ellipsoidal metres)");
   command.add_option("--enu", arguments.enu, "E,N,U", "antenna in the city's frame [m]").excludes("--at");
   command.add_option("--time", arguments.time, "T",
                      "time in UTC, or followed by ' GPST' (the scenario's first epoch)");
@@ -53,7 +53,7 @@ void add_site_options(Command& command, SiteArguments& arguments) {
 
 Site::Site(const SiteArguments& arguments) {
   if (!arguments.enu.empty()) enu_ = parse_enu(arguments.enu);
-  if (!arguments.place.empty()) place_ = parse_place(arguments.place, "--at");
+  if (!arguments.area.empty()) position_ = parse_position(arguments.area, "--at");
   std::optional<geodesy::GpsTime> time;
   if (!arguments.time.empty()) time = parse_instant(arguments.time);
   const simulation::Scenario scenario = simulation::read_scenario(arguments.scenario);
@@ -61,7 +61,7 @@ Site::Site(const SiteArguments& arguments) {
       for_option("--receiver", [&] { return simulation::find_receiver(scenario, arguments.receiver); });
   simulation_ = make_ready(scenario, arguments.scenario).simulation;
   time_ = time.value_or(simulation_->begin());
-  if (place_given()) check_near_city(antenna(time_), environment().city(), enu_ ? "--enu" : "--at");
+  if (is_position_given()) check_near_city(antenna(time_), environment().city(), enu_ ? "--enu" : "--at");
   if (!time) return;
   cover(time_, time_);
   check_time(time_, "--time");
@@ -87,7 +87,7 @@ const simulation::ReceiverConfig& Site::receiver_config() const {
 Eigen::Vector3d Site::antenna(geodesy::GpsTime t) const {
   if (enu_) return *enu_;
   return environment().city().frame.local_from_geodetic(
-      place_ ? *place_ : simulation_->antenna_pose(receiver_, t).position);
+      position_ ? *position_ : simulation_->antenna_pose(receiver_, t).position);
 }
 
 propagation::Propagator Site::make_propagator() const {
@@ -103,7 +103,7 @@ void Site::check_time(geodesy::GpsTime t, const std::string& option) const {
             geodesy::format_gpst(simulation_->begin(), 0)));
   }
   const simulation::Trajectory& drive = simulation_->trajectory();
-  if (!place_given() && drive.length_m() > 0 && (t < drive.begin() || t > drive.end())) {
+  if (!is_position_given() && drive.length_m() > 0 && (t < drive.begin() || t > drive.end())) {
     print_warnings({fmt::format("{}: the drive lasts from {} to {}; the antenna is at its {}", option,
                                 geodesy::format_gpst(drive.begin(), 0), geodesy::format_gpst(drive.end(), 0),
                                 t < drive.begin() ? "beginning" : "end")});

@@ -13,7 +13,7 @@ namespace canyon::cli {
 /// Arguments of commands for one position and time of a scenario.
 struct SiteArguments {
   std::string scenario;
-  std::string place;     ///< --at
+  std::string area;      ///< --at
   std::string enu;       ///< --enu
   std::string time;      ///< --time
   std::string receiver;  ///< --receiver
@@ -42,7 +42,7 @@ class Site {
   [[nodiscard]] geodesy::GpsTime time() const { return time_; }
   /// ENU of the city [m]: the given position, or the trajectory's antenna at `t`.
   [[nodiscard]] Eigen::Vector3d antenna(geodesy::GpsTime t) const;
-  [[nodiscard]] bool place_given() const { return enu_.has_value() || place_.has_value(); }
+  [[nodiscard]] bool is_position_given() const { return enu_.has_value() || position_.has_value(); }
   [[nodiscard]] propagation::Propagator make_propagator() const;
 
   /// First and last epoch of the scenario.
@@ -58,7 +58,7 @@ class Site {
 
  private:
   std::optional<Eigen::Vector3d> enu_;
-  std::optional<geodesy::Geodetic> place_;
+  std::optional<geodesy::Geodetic> position_;
   std::size_t receiver_ = 0;
   geodesy::GpsTime time_;
   std::unique_ptr<simulation::Simulation> simulation_;

@@ -13,7 +13,7 @@ namespace {
 
 struct SkyArguments {
   simulation::SkyConfig sky;
-  std::string place;
+  std::string position;
   std::string time;
   double mask_deg = 0;
   bool all = false;
@@ -40,16 +40,16 @@ Json row_json(const Row& row) {
 }
 
 int run_sky(const SkyArguments& arguments) {
-  const geodesy::Geodetic place = parse_place(arguments.place, "--at");
+  const geodesy::Geodetic position = parse_position(arguments.position, "--at");
   const geodesy::GpsTime time = parse_instant(arguments.time);
   if (!(arguments.mask_deg >= -90 && arguments.mask_deg < 90)) {
     throw InputError(fmt::format("--mask {} is not an elevation", arguments.mask_deg),
                      "give -90 to 90 degrees");
   }
-  const simulation::BuiltSky sky = simulation::build_sky(arguments.sky, time, time, place);
+  const simulation::BuiltSky sky = simulation::build_sky(arguments.sky, time, time, position);
   print_report(sky.report, "canyon check of the sky's files");
 
-  const Eigen::Vector3d antenna = geodesy::ecef_from_geodetic(place);
+  const Eigen::Vector3d antenna = geodesy::ecef_from_geodetic(position);
   std::vector<Row> up, down, absent;
   for (const gnss::SatelliteId id : sky.sky->satellites()) {
     Row row{id, orbit::line_of_sight(*sky.sky, id, time, antenna), sky.sky->source(id, time)};
@@ -62,9 +62,9 @@ int run_sky(const SkyArguments& arguments) {
   if (arguments.json) {
     Json out{{"time_gpst", geodesy::format_gpst(time)},
              {"time_utc", geodesy::format_utc(time)},
-             {"latitude_deg", geodesy::degrees(place.latitude_rad)},
-             {"longitude_deg", geodesy::degrees(place.longitude_rad)},
-             {"height_m", place.height_m},
+             {"latitude_deg", geodesy::degrees(position.latitude_rad)},
+             {"longitude_deg", geodesy::degrees(position.longitude_rad)},
+             {"height_m", position.height_m},
              {"satellites", Json::array()},
              {"warnings", sky.report.warnings()},
              {"report", report_json(sky.report)}};
@@ -74,8 +74,8 @@ int run_sky(const SkyArguments& arguments) {
   }
 
   fmt::print("{} ({}) at {:.6f}, {:.6f}, {:.1f} m\n\n", geodesy::format_gpst(time, 0),
-             geodesy::format_utc(time, 0), geodesy::degrees(place.latitude_rad),
-             geodesy::degrees(place.longitude_rad), place.height_m);
+             geodesy::format_utc(time, 0), geodesy::degrees(position.latitude_rad),
+             geodesy::degrees(position.longitude_rad), position.height_m);
   std::vector<TextRow> rows;
   for (const Row& row : shown) {
     const auto cell = [&row](double value) { return row.line ? fmt::format("{:.1f}", value) : "-"; };
@@ -99,7 +99,7 @@ void add_sky(Command& app) {
   add_field(command, "--nav", arguments.sky, "navigation", "the nominal constellations");
   add_field(command, "--sp3", arguments.sky, "sp3").excludes("--nav");
   command
-      .add_option("--at", arguments.place, "LAT,LON,HEIGHT",
+      .add_option("--at", arguments.position, "LAT,LON,HEIGHT",
                   "position: latitude and longitude in degrees, ellipsoidal height in metres")
       .required();
   command

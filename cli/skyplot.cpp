@@ -61,18 +61,18 @@ std::string where(const Site& site, geodesy::GpsTime t) {
                      output::fixed(at.z(), 1), geodesy::format_gpst(t, 0));
 }
 
-std::string no_signal_in(raytrace::Placement placement) {
-  return placement == raytrace::Placement::InsideBuilding ? "inside a building: no signal there"
-                                                          : "under the terrain: no signal there";
+std::string no_signal_in(raytrace::Containment containment) {
+  return containment == raytrace::Containment::InsideBuilding ? "inside a building: no signal there"
+                                                              : "under the terrain: no signal there";
 }
 
 int draw_one(const SkyplotArguments& arguments, Site& site) {
   const geodesy::GpsTime time = site.time();
   site.cover(time - arguments.options.trail_s, time);
   const Eigen::Vector3d antenna = site.antenna(time);
-  const raytrace::Placement placement = site.environment().scene().placement(antenna);
-  if (placement != raytrace::Placement::Free)
-    print_warnings({fmt::format("the antenna ({}) is {}", where(site, time), no_signal_in(placement))});
+  const raytrace::Containment containment = site.environment().scene().containment(antenna);
+  if (containment != raytrace::Containment::Free)
+    print_warnings({fmt::format("the antenna ({}) is {}", where(site, time), no_signal_in(containment))});
   const auto begin = std::chrono::steady_clock::now();
   const std::string bytes = drawing::draw_skyplot(site.environment(), site.make_propagator(), time, antenna,
                                                   arguments.options, &site.receiver_config().options);
@@ -129,13 +129,13 @@ int draw_frames(const SkyplotArguments& arguments, Site& site, ResultFiles& file
         });
   }
   const double wall_s = seconds_since(wall_begin);
-  std::map<raytrace::Placement, std::size_t> placements;
+  std::map<raytrace::Containment, std::size_t> containments;
   for (std::size_t i = 0; i < written; ++i)
-    ++placements[site.environment().scene().placement(site.antenna(time_of(i)))];
-  for (const auto& [placement, frames] : placements) {
-    if (placement == raytrace::Placement::Free) continue;
+    ++containments[site.environment().scene().containment(site.antenna(time_of(i)))];
+  for (const auto& [containment, frames] : containments) {
+    if (containment == raytrace::Containment::Free) continue;
     print_warnings(
-        {fmt::format("{} of {} frames have the antenna {}", frames, written, no_signal_in(placement))});
+        {fmt::format("{} of {} frames have the antenna {}", frames, written, no_signal_in(containment))});
   }
   if (written < count) {
     fmt::print(stderr, "canyon: interrupted: {} of {} frames finished and written to {}\n", written, count,

@@ -110,7 +110,7 @@ struct Look {
       : site(of),
         time(of.time()),
         antenna(of.antenna(time)),
-        place(of.environment().city().frame.geodetic_from_local(antenna)),
+        position(of.environment().city().frame.geodetic_from_local(antenna)),
         arrival(of.environment().arrival(time, antenna, of.make_propagator())),
         receiver(of.receiver_config().options),
         signal(receiver.signal) {}
@@ -118,7 +118,7 @@ struct Look {
   const Site& site;
   geodesy::GpsTime time;
   Eigen::Vector3d antenna;
-  geodesy::Geodetic place;
+  geodesy::Geodetic position;
   propagation::Arrival arrival;
   const receiver::ReceiverOptions& receiver;
   const tracking::SignalOptions& signal;
@@ -181,11 +181,11 @@ Json satellite_json(const Look& look, const propagation::SatelliteView& view,
 
 void print_json(const Look& look) {
   Json out{{"time_gpst", geodesy::format_gpst(look.time)},
-           {"latitude_deg", geodesy::degrees(look.place.latitude_rad)},
-           {"longitude_deg", geodesy::degrees(look.place.longitude_rad)},
-           {"height_m", look.place.height_m},
+           {"latitude_deg", geodesy::degrees(look.position.latitude_rad)},
+           {"longitude_deg", geodesy::degrees(look.position.longitude_rad)},
+           {"height_m", look.position.height_m},
            {"enu_m", numbers(look.antenna)},
-           {"placement", std::string(output::placement_word(look.arrival.placement))},
+           {"placement", std::string(output::containment_word(look.arrival.containment))},
            {"report", printed_reports()},
            {"satellites", Json::array()}};
   const tracking::ChannelModel model(look.signal, look.site.simulation().scenario().seed, look.receiver.name);
@@ -236,9 +236,9 @@ int run_trace(const TraceArguments& arguments) {
     return kOk;
   }
   fmt::print("{} at {:.7f}, {:.7f}, {:.2f} m (east {:.2f}, north {:.2f}, up {:.2f} m), {}\n\n",
-             geodesy::format_gpst(look.time), geodesy::degrees(look.place.latitude_rad),
-             geodesy::degrees(look.place.longitude_rad), look.place.height_m, look.antenna.x(),
-             look.antenna.y(), look.antenna.z(), output::placement_word(look.arrival.placement));
+             geodesy::format_gpst(look.time), geodesy::degrees(look.position.latitude_rad),
+             geodesy::degrees(look.position.longitude_rad), look.position.height_m, look.antenna.x(),
+             look.antenna.y(), look.antenna.z(), output::containment_word(look.arrival.containment));
   TextRow head{"sat", "azimuth [deg]", "elevation [deg]", "visibility", "path", "excess [m]"};
   if (look.signal.enabled) head.emplace_back("loss [dB]");
   head.insert(head.end(), {"point (ENU) [m]", "incidence [deg]"});

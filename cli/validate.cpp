@@ -50,7 +50,7 @@ class EnsembleDrive : public RecordedDrive {
   void start(const Known& known) {
     load();
     recording_ = calibration::part_of(recording_, part_.first, part_.count);
-    place_map(known);
+    add_map(known);
     row_.name = prefix_.empty() ? scenario_.file.stem().string() : recorded_.name;
     row_.unknowns = unknowns::priors_of(scenario_, known);
     simulate_point();
@@ -62,11 +62,11 @@ class EnsembleDrive : public RecordedDrive {
     scenario.seed += k + 1;
     validation::EnsembleRow::Draw draw;
     draw.values = draws.apply(k, scenario);
-    const validation::Registration place = registration(scenario.city.georeference, scenario.seed);
+    const validation::Registration position = registration(scenario.city.georeference, scenario.seed);
     const auto environment = drawn_environment(scenario);
     compare_.progress = told;
     const validation::Comparison run =
-        simulate(scenario.receivers.front(), *environment, place, scenario.seed);
+        simulate(scenario.receivers.front(), *environment, position, scenario.seed);
     draw.headlines = headlines({&run, 1});
     row_.draws.push_back(std::move(draw));
   }
@@ -75,7 +75,7 @@ class EnsembleDrive : public RecordedDrive {
 
  private:
   /// The uncertainty of the map's position is that of its alignment, unless it should stay unknown.
-  void place_map(const Known& known) {
+  void add_map(const Known& known) {
     simulation::Georeference& georeference = scenario_.city.georeference;
     if (is_known(known, unknowns::Unknown::Map))
       georeference = {};

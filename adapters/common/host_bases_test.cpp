@@ -25,7 +25,7 @@ using ::testing::IsEmpty;
 /// Receivers in an open field at 22.3 N, 114.17 E, at 5 Hz.
 class Field {
  public:
-  live::HostedReceiver& add(const std::string& name, std::uint64_t vehicle, const Vector3d& place,
+  live::HostedReceiver& add(const std::string& name, std::uint64_t vehicle, const Vector3d& point,
                             const std::string& more = "") {
     options::Document document;
     document.file = name + ".yaml";
@@ -43,7 +43,7 @@ class Field {
     auto& receiver = receivers.emplace_back(std::make_unique<live::HostedReceiver>(
         setup_of(settings, identity, frame, geodesy::gps_from_utc(geodesy::CalendarTime{2026, 6, 1, 8, 0, 0}),
                  0, [this](live::Tone, const std::string& line) { lines.push_back(line); })));
-    places.push_back(place);
+    positions.push_back(point);
     bases.add(*receiver, vehicle);
     return *receiver;
   }
@@ -55,7 +55,7 @@ class Field {
         if (!receivers[r] || !receivers[r]->due(now_ns)) continue;
         receivers[r]->begin(now_ns, [&](std::string&) {
           simulation::RigidPose truth;
-          truth.position_m = places[r];
+          truth.position_m = positions[r];
           return std::optional(truth);
         });
         due.push_back(receivers[r].get());
@@ -66,7 +66,7 @@ class Field {
 
   live::HostBases bases;
   std::vector<std::unique_ptr<live::HostedReceiver>> receivers;
-  std::vector<Vector3d> places;
+  std::vector<Vector3d> positions;
   std::vector<std::string> lines;
   std::int64_t now_ns = 0;
 };

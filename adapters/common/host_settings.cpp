@@ -201,7 +201,7 @@ live::HostSetup setup_of(const HostSettings& settings, const ReceiverIdentity& i
     setup.options.live.receiver().options.name =
         fmt::format("{}/{}/{}", identity.link, identity.sensor, identity.plugin);
   }
-  setup.name = place_name(identity);
+  setup.name = receiver_label(identity);
   setup.frame = frame;
   setup.start = start_of_world;
   if (sensor_rate_hz > 0) setup.rate_hz = sensor_rate_hz;

@@ -63,7 +63,7 @@ void visit(options::Visitor& v, HostSettings& settings);
 [[nodiscard]] geodesy::GpsTime start_of_world(const void* world, const std::string& name,
                                               std::int64_t sim_time_ns);
 
-/// A simulator's receiver, named by place_name(). @param sensor_rate_hz of its sensor; 0: none
+/// A simulator's receiver, named by receiver_label(). @param sensor_rate_hz of its sensor; 0: none
 [[nodiscard]] live::HostSetup setup_of(const HostSettings& settings, const ReceiverIdentity& identity,
                                        const live::WorldFrame& frame, geodesy::GpsTime start_of_world,
                                        double sensor_rate_hz, live::Say say);

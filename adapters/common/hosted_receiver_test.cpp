@@ -110,7 +110,7 @@ class Host {
         return std::nullopt;
       }
       simulation::RigidPose truth;
-      truth.position_m = place;
+      truth.position_m = position;
       return truth;
     });
   }
@@ -119,7 +119,7 @@ class Host {
   std::vector<Collector::Seen> seen;
   int resets = 0;
   bool lost = false, broken = false;
-  Vector3d place{0, 0, 1.5};
+  Vector3d position{0, 0, 1.5};
   std::optional<live::HostedReceiver> receiver;
 };
 
@@ -227,7 +227,7 @@ TEST(HostedReceiver, BeginsAnewWhereTimeGoesBack) {
 TEST(HostedReceiver, SaysThatItWasPutElsewhere) {
   Host host;
   for (int ms = 0; ms <= 2000; ms += 100) {
-    if (ms == 1000) host.place.y() = 40;
+    if (ms == 1000) host.position.y() = 40;
     host.update(ms);
   }
   EXPECT_THAT(host.lines, ElementsAre(AllOf(HasSubstr("plugin 'gnss' of model 'car': "),

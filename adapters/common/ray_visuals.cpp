@@ -21,7 +21,7 @@ constexpr double kLineRadius = 8e-4, kThinLineRadius = 4e-4, kReflectionRadius =
                  kSatelliteRadius = 2.4e-2;
 constexpr double kLineAlpha = 0.9, kThinLineAlpha = 0.45, kFaintLineAlpha = 0.25, kBubbleAlpha = 0.4;
 
-bool has_place(const live::ReceiverReport& report) {
+bool has_position(const live::ReceiverReport& report) {
   return report.antenna_world_m.allFinite() && report.link_attitude_world.coeffs().allFinite();
 }
 
@@ -133,7 +133,7 @@ bool same_look(const VisualShape& a, const VisualShape& b) {
 }
 
 std::vector<VisualShape> ray_shapes(const live::ReceiverReport& report, double ray_length_m) {
-  if (report.step == nullptr || !has_place(report)) return {};
+  if (report.step == nullptr || !has_position(report)) return {};
   const auto& views = report.step->arrival.views;
   std::map<gnss::SatelliteId, Visibility> above_mask;
   for (const receiver::SatelliteObservation& s : report.step->epoch.observed.satellites)
@@ -151,7 +151,7 @@ std::vector<VisualShape> ray_shapes(const live::ReceiverReport& report, double r
 }
 
 std::vector<VisualShape> bubble_shapes(const live::ReceiverReport& report, double scale) {
-  if (report.step == nullptr || !has_place(report)) return {};
+  if (report.step == nullptr || !has_position(report)) return {};
   const simulation::Epoch& epoch = report.step->epoch;
   const double error = std::hypot(epoch.error_enu_m.x(), epoch.error_enu_m.y());
   VisualShape bubble;

@@ -50,7 +50,7 @@ std::string own_namespace(const ReceiverIdentity& identity) {
 
 }  // namespace
 
-std::string place_name(const ReceiverIdentity& identity) {
+std::string receiver_label(const ReceiverIdentity& identity) {
   std::string name = fmt::format("plugin '{}' of model '{}'", identity.plugin, identity.model);
   if (!identity.sensor.empty()) name += fmt::format(", sensor '{}'", identity.sensor);
   return name;

@@ -18,7 +18,7 @@ struct ReceiverIdentity {
   std::string plugin;  ///< name of the plugin element
 };
 /// The name of a receiver in messages: "plugin 'gnss' of model 'car', sensor 'gps'".
-[[nodiscard]] std::string place_name(const ReceiverIdentity& identity);
+[[nodiscard]] std::string receiver_label(const ReceiverIdentity& identity);
 
 /// A user's settings of a receiver's names in ROS.
 struct RosSettings {

@@ -197,9 +197,9 @@ TEST(WorldScene, BuildingsThatBecomeInstancesKeepTheirFacades) {
   world->boxes[3] = {true, {0, -10, 0}};
   scene.update({});
   EXPECT_EQ(scene.scene()->city.mesh.triangles.size(), 12U);
-  const auto& placed = scene.scene()->scene.placed_instances();
-  ASSERT_EQ(placed.size(), 2U);
-  for (const raytrace::PlacedInstance& each : placed) {
+  const auto& posed = scene.scene()->scene.posed_instances();
+  ASSERT_EQ(posed.size(), 2U);
+  for (const raytrace::PosedInstance& each : posed) {
     EXPECT_EQ(std::count(each.mesh->materials.begin(), each.mesh->materials.end(), city::Material::Metal), 8)
         << "four walls";
   }

@@ -43,23 +43,23 @@ class DrivePlugin final : public gazebo::ModelPlugin {
     }
     model_ = model.get();
     given_attitude_ = model->WorldPose().Rot();
-    place(model->GetWorld()->SimTime());
+    set_model_pose(model->GetWorld()->SimTime());
     begin_ = gazebo::event::Events::ConnectWorldUpdateBegin(
-        [this](const gazebo::common::UpdateInfo& info) { place(info.simTime); });
+        [this](const gazebo::common::UpdateInfo& info) { set_model_pose(info.simTime); });
     // Physics moves it only in a step in which it hits a loose object; that is undone at once. Plugins of
     // sensors are loaded before those of models and were already called at that step's end.
     end_ = gazebo::event::Events::ConnectWorldUpdateEnd([this] {
-      if (model_->WorldPose() != pose_) place(model_->GetWorld()->SimTime());
+      if (model_->WorldPose() != pose_) set_model_pose(model_->GetWorld()->SimTime());
     });
   }
 
   // A paused world after a reset shows the beginning of the path.
   void Reset() override {
-    if (model_ != nullptr) place(model_->GetWorld()->SimTime());
+    if (model_ != nullptr) set_model_pose(model_->GetWorld()->SimTime());
   }
 
  private:
-  void place(const gazebo::common::Time& now) {
+  void set_model_pose(const gazebo::common::Time& now) {
     const simulation::DrivePose at = settings_->drive.at(now.Double());
     const Quaterniond attitude = settings_->heading ? Quaterniond(0, 0, at.yaw_rad) : given_attitude_;
     const Vector turning(0, 0, settings_->heading ? at.yaw_rate_radps : 0);

@@ -18,12 +18,12 @@ using Vector = ignition::math::Vector3d;
 
 constexpr double kStep_s = 0.01;
 
-std::string world_of(const std::string& models, const std::string& place = "") {
+std::string world_of(const std::string& models, const std::string& location = "") {
   return fmt::format(R"(<?xml version="1.0"?><sdf version="1.6"><world name="w">{}
 <physics type="ode"><max_step_size>{}</max_step_size><real_time_update_rate>0</real_time_update_rate></physics>
 <model name="ground"><static>true</static><link name="l"><collision name="c"><geometry><plane><normal>0 0 1</normal></plane></geometry></collision></link></model>
 {}</world></sdf>)",
-                     place, kStep_s, models);
+                     location, kStep_s, models);
 }
 
 std::string car(const std::string& elements, const std::string& pose = "0 0 0 0 0 0") {
@@ -143,8 +143,8 @@ start: 2024-05-01T10:00:00Z
   for (std::size_t i = 0; i + 1 < states_.size(); i += 7) {
     const State& state = states_[i];
     const auto truth = simulation.antenna_pose(0, simulation.begin() + state.time_s);
-    const Eigen::Vector3d place = world_from_enu * city.frame.local_from_geodetic(truth.position);
-    EXPECT_LT((state.pose.Pos() - Vector(place.x(), place.y(), place.z())).Length(), 1e-4) << state.time_s;
+    const Eigen::Vector3d point = world_from_enu * city.frame.local_from_geodetic(truth.position);
+    EXPECT_LT((state.pose.Pos() - Vector(point.x(), point.y(), point.z())).Length(), 1e-4) << state.time_s;
     const Eigen::Vector3d velocity = world_from_enu * truth.velocity_enu_mps;
     EXPECT_LT((state.velocity - Vector(velocity.x(), velocity.y(), velocity.z())).Length(), 1e-3);
     const double yaw_error = std::remainder(state.pose.Rot().Yaw() - (truth.yaw_rad - heading), 2 * M_PI);

@@ -46,13 +46,13 @@ ReceiverIdentity identify(const Attachment& at) {
 }
 
 HostSettings read_settings(const Attachment& at, const ReceiverIdentity& identity, bool on_ray_sensor) {
-  PluginPlace place;
-  place.on_ray_sensor = on_ray_sensor;
-  place.name = place_name(identity);
-  place.folder = std::filesystem::path(at.sdf->FilePath()).parent_path();
-  place.resources = gazebos_paths();
-  place.sensor = at.sdf->GetParent();
-  return read_plugin_settings(at.sdf, place);
+  PluginContext context;
+  context.on_ray_sensor = on_ray_sensor;
+  context.name = receiver_label(identity);
+  context.folder = std::filesystem::path(at.sdf->FilePath()).parent_path();
+  context.resources = gazebos_paths();
+  context.sensor = at.sdf->GetParent();
+  return read_plugin_settings(at.sdf, context);
 }
 
 void say(live::Tone tone, const std::string& line) {

@@ -383,7 +383,7 @@ std::vector<PhysicsRay> paper_rays() {
   return aims;
 }
 constexpr int kTown = 500;
-Vector3d place_in_town(int i) {
+Vector3d point_in_town(int i) {
   return {30.0 * (i % 25) - 375, 30.0 * (i / 25) - 285, 0};
 }
 double height_in_town(int i) {
@@ -393,9 +393,9 @@ double height_in_town(int i) {
 std::string town_of_boxes() {
   std::string models;
   for (int i = 0; i < kTown; ++i) {
-    const Vector3d place = place_in_town(i);
+    const Vector3d point = point_in_town(i);
     const double height = height_in_town(i);
-    models += model(fmt::format("b{}", i), fmt::format("{} {} {} 0 0 0", place.x(), place.y(), height / 2),
+    models += model(fmt::format("b{}", i), fmt::format("{} {} {} 0 0 0", point.x(), point.y(), height / 2),
                     box(20, 20, height));
   }
   return models;
@@ -406,7 +406,7 @@ void write_town_mesh(const std::filesystem::path& file) {
   for (int i = 0; i < kTown; ++i) {
     for (int corner = 0; corner < 8; ++corner) {
       const Vector3d at =
-          place_in_town(i) + Vector3d((corner & 1) != 0 ? 10 : -10, (corner & 2) != 0 ? 10 : -10,
+          point_in_town(i) + Vector3d((corner & 1) != 0 ? 10 : -10, (corner & 2) != 0 ? 10 : -10,
                                       (corner & 4) != 0 ? height_in_town(i) : 0);
       out << fmt::format("v {} {} {}\n", at.x(), at.y(), at.z());
     }
@@ -427,8 +427,8 @@ void write_town_mesh(const std::filesystem::path& file) {
 double range_in_town(const PhysicsRay& ray) {
   double nearest = kInfinite;
   for (int i = 0; i < kTown; ++i) {
-    const Vector3d low = place_in_town(i) - Vector3d(10, 10, 0);
-    const Vector3d high = place_in_town(i) + Vector3d(10, 10, height_in_town(i));
+    const Vector3d low = point_in_town(i) - Vector3d(10, 10, 0);
+    const Vector3d high = point_in_town(i) + Vector3d(10, 10, height_in_town(i));
     const Eigen::Array3d a = (low - ray.origin).array() / ray.direction.array();
     const Eigen::Array3d b = (high - ray.origin).array() / ray.direction.array();
     const double enter = a.min(b).maxCoeff();

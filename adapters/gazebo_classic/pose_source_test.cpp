@@ -113,15 +113,15 @@ TEST(LinkPoseSource, MovedByPosesItsVelocityIsTheirDifference) {
     const auto model = world->ModelByName(name);
     const auto source = make_link_pose_source(link_of(world, name), Pose3d(lever, Quaterniond::Identity));
     const double begin = world->SimTime().Double();
-    const auto place = [&](double t) {
+    const auto position = [&](double t) {
       return Pose3d({3 * t, -2 * t, 1 + 0.5 * t}, Quaterniond(0, 0, 0.4 * t));
     };
     for (int i = 0; i < 20; ++i) {
-      model->SetWorldPose(place(world->SimTime().Double() - begin));
+      model->SetWorldPose(position(world->SimTime().Double() - begin));
       const Truth now = truth(*source, world->SimTime());
       const double t = world->SimTime().Double() - begin;
-      const Vector3d arm = place(t).Rot() * lever;
-      expect_near(now.pose.Pos(), place(t).Pos() + arm, 1e-12);
+      const Vector3d arm = position(t).Rot() * lever;
+      expect_near(now.pose.Pos(), position(t).Pos() + arm, 1e-12);
       if (i == 0) {
         EXPECT_EQ(now.linear_velocity, Vector3d::Zero) << "one pose has no velocity";
       } else {
@@ -135,10 +135,10 @@ TEST(LinkPoseSource, MovedByPosesItsVelocityIsTheirDifference) {
     }
     // Teleported, 20 m in 10 ms: at the new position, at rest, and in motion again from the next pose on.
     const double t = world->SimTime().Double() - begin;
-    const Pose3d elsewhere(place(t).Pos() + Vector3d(0, 0, 20), place(t).Rot());
+    const Pose3d elsewhere(position(t).Pos() + Vector3d(0, 0, 20), position(t).Rot());
     model->SetWorldPose(elsewhere);
     const Truth jumped = truth(*source, world->SimTime());
-    expect_near(jumped.pose.Pos(), elsewhere.Pos() + place(t).Rot() * lever, 1e-12);
+    expect_near(jumped.pose.Pos(), elsewhere.Pos() + position(t).Rot() * lever, 1e-12);
     EXPECT_EQ(jumped.linear_velocity, Vector3d::Zero);
     EXPECT_EQ(jumped.angular_velocity, Vector3d::Zero);
     server.step(10);
@@ -148,7 +148,7 @@ TEST(LinkPoseSource, MovedByPosesItsVelocityIsTheirDifference) {
     server.step(10);
     EXPECT_EQ(truth(*source, world->SimTime()).linear_velocity, Vector3d::Zero);
     source->reset();
-    model->SetWorldPose(place(0));
+    model->SetWorldPose(position(0));
     server.step(10);
     EXPECT_EQ(truth(*source, world->SimTime()).linear_velocity, Vector3d::Zero);
   }

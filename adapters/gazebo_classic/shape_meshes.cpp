@@ -33,7 +33,7 @@ using city::MeshFile;
 using city::MeshNode;
 using city::MeshUse;
 using city::Polyline;
-using Place = LinkShapes::Place;
+using ShapePose = LinkShapes::ShapePose;
 using gazebo::msgs::Geometry;
 using gazebo::physics::Base;
 using gazebo::physics::HeightmapShape;
@@ -108,7 +108,7 @@ const char* kind_of(const Geometry& geometry) {
   }
 }
 
-void add_mesh_file(LinkShapes& shapes, const Place& place, const gazebo::msgs::MeshGeom& geometry) {
+void add_mesh_file(LinkShapes& shapes, const ShapePose& location, const gazebo::msgs::MeshGeom& geometry) {
   const std::string& uri = geometry.filename();
   auto& manager = *gazebo::common::MeshManager::Instance();
   const std::string path = gazebo::common::find_file(uri);
@@ -116,7 +116,7 @@ void add_mesh_file(LinkShapes& shapes, const Place& place, const gazebo::msgs::M
   if (mesh == nullptr && !path.empty() && manager.IsValidFilename(path) && is_safe(path))
     mesh = manager.Load(path);
   if (mesh == nullptr)
-    return shapes.leave_out(place, fmt::format("its mesh '{}' is not found or cannot be read", uri));
+    return shapes.leave_out(location, fmt::format("its mesh '{}' is not found or cannot be read", uri));
   MeshUse use;
   if (geometry.has_scale()) use.scale = vector(geometry.scale());
   if (geometry.submesh() != "__default__") use.submesh = geometry.submesh();
@@ -133,10 +133,10 @@ void add_mesh_file(LinkShapes& shapes, const Place& place, const gazebo::msgs::M
       node.colour = {colour.R(), colour.G(), colour.B()};
     }
   }
-  shapes.mesh(place, file, use);
+  shapes.mesh(location, file, use);
 }
 
-void add_polyline(LinkShapes& shapes, const Place& place, const Geometry& geometry) {
+void add_polyline(LinkShapes& shapes, const ShapePose& location, const Geometry& geometry) {
   std::vector<Polyline> polylines;
   for (const auto& polyline : geometry.polyline()) {
     Polyline& path = polylines.emplace_back();
@@ -155,39 +155,39 @@ void add_polyline(LinkShapes& shapes, const Place& place, const Geometry& geomet
     if (mesh == nullptr || mesh->GetSubMeshCount() == 0) return std::nullopt;
     return read_submesh(*mesh->GetSubMesh(0));
   };
-  shapes.polylines(place, polylines, geometry.polyline_size() > 0 ? geometry.polyline(0).height() : 0,
+  shapes.polylines(location, polylines, geometry.polyline_size() > 0 ? geometry.polyline(0).height() : 0,
                    extrude);
 }
 
-void add(LinkShapes& shapes, const Place& place, const Geometry& geometry) {
+void add(LinkShapes& shapes, const ShapePose& location, const Geometry& geometry) {
   switch (geometry.type()) {
     case Geometry::BOX:
-      return shapes.solid(place, "a box", city::box_mesh(vector(geometry.box().size())));
+      return shapes.solid(location, "a box", city::box_mesh(vector(geometry.box().size())));
     case Geometry::CYLINDER:
-      return shapes.solid(place, "a cylinder",
+      return shapes.solid(location, "a cylinder",
                           city::cylinder_mesh(geometry.cylinder().radius(), geometry.cylinder().length()));
     case Geometry::SPHERE:
-      return shapes.solid(place, "a sphere", city::sphere_mesh(geometry.sphere().radius()));
+      return shapes.solid(location, "a sphere", city::sphere_mesh(geometry.sphere().radius()));
     case Geometry::PLANE:
-      return shapes.plane(place, vector(geometry.plane().normal()),
+      return shapes.plane(location, vector(geometry.plane().normal()),
                           {geometry.plane().size().x(), geometry.plane().size().y()});
     case Geometry::MESH:
-      return add_mesh_file(shapes, place, geometry.mesh());
+      return add_mesh_file(shapes, location, geometry.mesh());
     case Geometry::POLYLINE:
-      return add_polyline(shapes, place, geometry);
+      return add_polyline(shapes, location, geometry);
     case Geometry::EMPTY:
       return;
     default:
-      return shapes.leave_out(place, fmt::format("rays cannot hit <{}> geometry", kind_of(geometry)));
+      return shapes.leave_out(location, fmt::format("rays cannot hit <{}> geometry", kind_of(geometry)));
   }
 }
 
 /// `heightmap` (null: none) instead of `geometry`.
-void take(LinkShapes& shapes, const Place& place, const Geometry& geometry, const HeightmapShape* heightmap,
-          bool north_first) {
+void take(LinkShapes& shapes, const ShapePose& location, const Geometry& geometry,
+          const HeightmapShape* heightmap, bool north_first) {
   // Gazebo's readers of files throw.
   try {
-    if (heightmap == nullptr) return add(shapes, place, geometry);
+    if (heightmap == nullptr) return add(shapes, location, geometry);
     HeightGrid grid;
     grid.columns = heightmap->VertexCount().X();
     grid.rows = heightmap->VertexCount().Y();
@@ -197,11 +197,11 @@ void take(LinkShapes& shapes, const Place& place, const Geometry& geometry, cons
     grid.north_first = north_first;
     grid.size = eigen(heightmap->Size()).head<2>();
     grid.position = eigen(heightmap->Pos());
-    shapes.heights(place, grid);
+    shapes.heights(location, grid);
   } catch (const gazebo::common::Exception& e) {
-    shapes.leave_out(place, e.GetErrorStr());
+    shapes.leave_out(location, e.GetErrorStr());
   } catch (const InputError& e) {
-    shapes.leave_out(place, e.what());
+    shapes.leave_out(location, e.what());
   }
 }
 
@@ -215,9 +215,9 @@ city::Mesh ShapeMeshes::link_mesh(const gazebo::physics::Link& link, std::vector
   if (visual_) {
     for (const auto& [id, visual] : link.Visuals()) {
       if (!visual.has_geometry()) continue;
-      Place place{visual.name()};
-      if (visual.has_pose()) place.link_from_shape = eigen(gazebo::msgs::ConvertIgn(visual.pose()));
-      place.material = city::material_from_name(visual.material().script().name());
+      ShapePose location{visual.name()};
+      if (visual.has_pose()) location.link_from_shape = eigen(gazebo::msgs::ConvertIgn(visual.pose()));
+      location.material = city::material_from_name(visual.material().script().name());
       const Geometry geometry = geometry_of(link, visual);
       // A server keeps heights only for collisions; both are usually the same terrain.
       boost::shared_ptr<HeightmapShape> heightmap;
@@ -226,21 +226,22 @@ city::Mesh ShapeMeshes::link_mesh(const gazebo::physics::Link& link, std::vector
           if (!heightmap) heightmap = heightmap_of(*collision);
         if (!heightmap) {
           shapes.leave_out(
-              place, "in a server a heightmap has heights only if it is also a collision of the same link");
+              location,
+              "in a server a heightmap has heights only if it is also a collision of the same link");
           continue;
         }
       }
-      take(shapes, place, geometry, heightmap.get(), north_first_);
+      take(shapes, location, geometry, heightmap.get(), north_first_);
     }
     return shapes.take();
   }
   for (const gazebo::physics::CollisionPtr& collision : link.GetCollisions()) {
     if (!is_thing(*collision)) continue;
-    const Place place{collision->GetScopedName(), eigen(collision->RelativePose())};
+    const ShapePose location{collision->GetScopedName(), eigen(collision->RelativePose())};
     const auto heightmap = heightmap_of(*collision);
     Geometry geometry;
     if (!heightmap) collision->GetShape()->FillMsg(geometry);
-    take(shapes, place, geometry, heightmap.get(), north_first_);
+    take(shapes, location, geometry, heightmap.get(), north_first_);
   }
   return shapes.take();
 }

@@ -166,8 +166,8 @@ TEST_F(WorldGeometryTest, SurfacesByName) {
   EXPECT_EQ(mesh.objects[0].surface, city::Surface::Terrain);
   EXPECT_EQ(mesh.materials.front(), city::Material::Ground);
   EXPECT_EQ(mesh.objects[1].surface, city::Surface::Building);
-  ASSERT_EQ(geometry->scene()->scene.placed_instances().size(), 1u);
-  EXPECT_EQ(geometry->scene()->scene.placed_instances()[0].mesh->objects[0].surface, city::Surface::Vehicle);
+  ASSERT_EQ(geometry->scene()->scene.posed_instances().size(), 1u);
+  EXPECT_EQ(geometry->scene()->scene.posed_instances()[0].mesh->objects[0].surface, city::Surface::Vehicle);
   EXPECT_EQ(range(*geometry, {100, 0, 10}, {0, 0, -1}), kNothing);
   EXPECT_THAT(geometry->take_notes(), ElementsAre(HasSubstr("'canyon_ground_plane'")));
 }
@@ -378,7 +378,7 @@ TEST_P(WorldGeometryByEngine, Heightmap) {
   EXPECT_EQ(range(*geometry, {41, 0, 50}, {0, 0, -1}), kNothing);
   ASSERT_EQ(geometry->scene()->city.mesh.objects.size(), 1u);
   EXPECT_EQ(geometry->scene()->city.mesh.objects[0].surface, city::Surface::Terrain);
-  EXPECT_EQ(geometry->scene()->scene.placement({1, 1, 3}), raytrace::Placement::UnderTerrain);
+  EXPECT_EQ(geometry->scene()->scene.containment({1, 1, 3}), raytrace::Containment::UnderTerrain);
 }
 // Rows of heights have the opposite order in all engines except ODE.
 INSTANTIATE_TEST_SUITE_P(Engines, WorldGeometryByEngine, ::testing::Values("ode", "bullet", "dart"));
@@ -604,7 +604,7 @@ TEST_F(WorldGeometryTest, NestedModelsAndSeveralLinks) {
 <collision name="c"><pose>0 0 1 0 0 0</pose><geometry><box><size>6 2 2</size></box></geometry></collision></link></model>
 </model>)");
   const auto geometry = updated(w);
-  EXPECT_EQ(geometry->scene()->scene.placed_instances().size(), 2u);
+  EXPECT_EQ(geometry->scene()->scene.posed_instances().size(), 2u);
   EXPECT_NEAR(range(*geometry, {0, 90, 0}, {0, 1, 0}), 9, kExact);
   EXPECT_NEAR(range(*geometry, {10, 90, 1}, {0, 1, 0}), 9, kExact);
   EXPECT_NEAR(range(*geometry, {20, 100, 1}, {-1, 0, 0}), 7, kExact);
@@ -682,7 +682,7 @@ TEST_F(WorldGeometryTest, AResetDoesNotMoveStaticModels) {
     geometry->update({});
   }
   EXPECT_EQ(geometry->generation(), 1u);
-  EXPECT_TRUE(geometry->scene()->scene.placed_instances().empty());
+  EXPECT_TRUE(geometry->scene()->scene.posed_instances().empty());
 }
 
 TEST_F(WorldGeometryTest, AnUnloadedWorldIsForgotten) {
@@ -763,7 +763,7 @@ TEST_F(WorldGeometryTest, CostInACityOf500HousesAnd20Vehicles) {
       "more receivers {:.1f} us, the same again {:.2f} us; nothing moving {:.0f} us\n",
       first / 1e3, moving / kSteps, others / kSteps / 19, none / kSteps, still / kSteps);
   EXPECT_EQ(geometry->generation(), 1u) << "the city is built once";
-  EXPECT_EQ(geometry->scene()->scene.placed_instances().size(), 95u) << "19 cars, one left out";
+  EXPECT_EQ(geometry->scene()->scene.posed_instances().size(), 95u) << "19 cars, one left out";
 }
 
 }  // namespace

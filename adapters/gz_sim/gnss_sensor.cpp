@@ -67,16 +67,16 @@ ReceiverIdentity identify(Entity sensor, const Ecm& ecm) {
 
 HostSettings read_settings(const sdf::ElementPtr& element, const sdf::ElementPtr& sensor,
                            const ReceiverIdentity& identity, const Ecm& ecm) {
-  PluginPlace place;
-  place.sensor = sensor;
-  place.name = place_name(identity);
+  PluginContext context;
+  context.sensor = sensor;
+  context.name = receiver_label(identity);
   const auto world = ecm.ComponentData<components::WorldSdf>(gz::sim::worldEntity(ecm));
   if (world && world->Element())
-    place.folder = std::filesystem::path(world->Element()->FilePath()).parent_path();
-  place.resources = gazebos_paths();
-  HostSettings settings = read_plugin_settings(element, place);
+    context.folder = std::filesystem::path(world->Element()->FilePath()).parent_path();
+  context.resources = gazebos_paths();
+  HostSettings settings = read_plugin_settings(element, context);
   if (settings.ray_engine == RayEngine::Physics) {
-    throw InputError(place.name + ": <ray_engine>: Gazebo Sim's physics engines cast no rays for sensors",
+    throw InputError(context.name + ": <ray_engine>: Gazebo Sim's physics engines cast no rays for sensors",
                      "write <ray_engine>embree</ray_engine>");
   }
   if (settings.publish_px4) {

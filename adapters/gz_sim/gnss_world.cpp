@@ -127,14 +127,14 @@ struct GnssWorld::Impl {
 
   void start(Entity entity, const sdf::Sensor& sensor, const sdf::ElementPtr& element, Ecm& ecm) {
     const ReceiverIdentity identity = identify(entity, ecm);
-    check_sensor(sensor.Element(), place_name(identity));
+    check_sensor(sensor.Element(), receiver_label(identity));
     HostSettings settings = read_settings(element, sensor.Element(), identity, ecm);
     if (element->HasElement("topic"))
       settings.warnings.emplace_back("<topic> of <canyon> has no effect here: move it to <sensor>");
     origin = origin_of(ecm);
     if (!origin && !settings.origin) {
       throw InputError(
-          place_name(identity) + ": the world has no geographic origin",
+          receiver_label(identity) + ": the world has no geographic origin",
           "give it <spherical_coordinates>, or <canyon> <origin_latitude>, <origin_longitude> and "
           "<origin_altitude>");
     }
@@ -316,10 +316,10 @@ void GnssWorld::serve(Entity root, const sdf::ElementPtr& defaults, Ecm& ecm) {
   Impl::Root& entry = impl_->roots[root];
   entry.defaults = defaults;
   try {
-    PluginPlace place;
-    place.name = "plugin 'canyon::GnssSystem'";
-    place.resources = gazebos_paths();
-    entry.all = read_plugin_settings(defaults, place).serve_all;
+    PluginContext context;
+    context.name = "plugin 'canyon::GnssSystem'";
+    context.resources = gazebos_paths();
+    entry.all = read_plugin_settings(defaults, context).serve_all;
   } catch (const std::exception& e) {
     entry.bad = true;
     say(live::Tone::Error,

@@ -67,7 +67,7 @@ TEST_F(GzHostWorldTest, PrimitivesReachWhereTheirFormulasSay) {
     EXPECT_NEAR(cast({x + 1e-3, 1e-3, 10}, -Vector3d::UnitZ()), 10 - top, 2e-3) << "at " << x;
   }
   EXPECT_EQ(cast({10, 0, 10}, -Vector3d::UnitZ()), kNothing);
-  EXPECT_EQ(scene_->scene()->scene.placed_instances().size(), 1U) << "the lorry may move";
+  EXPECT_EQ(scene_->scene()->scene.posed_instances().size(), 1U) << "the lorry may move";
 }
 
 TEST_F(GzHostWorldTest, MeshesComeFromTheirFilesWithScaleAndSubmesh) {

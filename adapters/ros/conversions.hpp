@@ -101,8 +101,8 @@ void set_position_covariance(Message& message, const positioning::Fix& fix) {
 /// members of the message's type: enumerators in ROS 1, static members in ROS 2.
 template <class Enum, std::size_t N>
 [[nodiscard]] std::uint8_t code_of(Enum value, const std::uint8_t (&codes)[N]) {
-  const auto place = static_cast<std::size_t>(value);
-  return place < N ? codes[place] : std::uint8_t{255};
+  const auto index = static_cast<std::size_t>(value);
+  return index < N ? codes[index] : std::uint8_t{255};
 }
 
 template <class M>

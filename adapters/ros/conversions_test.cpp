@@ -168,7 +168,7 @@ Head sample_head() {
 
 /// The sample with a different number in every field.
 simulation::Epoch distinct_epoch() {
-  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0});
+  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_point(), {0, 0, 0});
   positioning::Fix& fix = epoch.observed.fix;
   fix.position = geodesy::Geodetic::from_degrees(22.25, -114.5, 33.75);
   fix.covariance_enu << 11, 12, 13, 21, 22, 23, 31, 32, 33;
@@ -241,7 +241,7 @@ TYPED_TEST(Conversions, FixHasPositionCovarianceAndSystems) {
 
 TYPED_TEST(Conversions, FixWithoutSolutionSaysSo) {
   using Fix = typename TypeParam::NavSatFix;
-  const auto epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0}, false);
+  const auto epoch = test::sample_epoch(test::sample_time(), test::sample_point(), {0, 0, 0}, false);
   this->expect_no_fix(fix_message<Fix>(sample_head(), &epoch));
   this->expect_no_fix(fix_message<Fix>(sample_head(), nullptr));
 }
@@ -270,7 +270,7 @@ TYPED_TEST(Conversions, VelocityThatIsNotKnownIsMarked) {
   using Twist = typename TypeParam::TwistWithCovarianceStamped;
   auto without_velocity = distinct_epoch();
   without_velocity.observed.fix.velocity_enu_mps.reset();
-  const auto without_fix = test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0}, false);
+  const auto without_fix = test::sample_epoch(test::sample_time(), test::sample_point(), {0, 0, 0}, false);
   for (const simulation::Epoch* epoch : {static_cast<const simulation::Epoch*>(&without_velocity),
                                          &without_fix, static_cast<const simulation::Epoch*>(nullptr)}) {
     const auto message = velocity_message<Twist>(sample_head(), epoch);
@@ -310,7 +310,7 @@ TYPED_TEST(Conversions, MultipathHasOneOffsetPerSatelliteAboveTheMask) {
 
 TYPED_TEST(Conversions, MultipathWithoutFixKeepsItsSatellites) {
   using Multipath = typename TypeParam::GnssMultipath;
-  const auto epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0}, false);
+  const auto epoch = test::sample_epoch(test::sample_time(), test::sample_point(), {0, 0, 0}, false);
   const auto message = multipath_message<Multipath>(sample_head(), &epoch);
   this->expect_no_fix(message.rec_pos);
   ASSERT_EQ(message.dop.size(), 5U);

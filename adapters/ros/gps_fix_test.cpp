@@ -54,7 +54,7 @@ Head head() {
 }
 
 simulation::Epoch epoch() {
-  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0});
+  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_point(), {0, 0, 0});
   positioning::Fix& fix = epoch.observed.fix;
   fix.position = geodesy::Geodetic::from_degrees(22.25, -114.5, 33.75);
   fix.covariance_enu = Eigen::Vector3d(1, 3, 12).asDiagonal();
@@ -153,7 +153,7 @@ TEST(GpsFix, HasTheHeadingOfTwoAntennasOrOfTheVehiclesSensors) {
 }
 
 TEST(GpsFix, SaysNothingThatIsNotKnown) {
-  const auto no_fix = test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0}, false);
+  const auto no_fix = test::sample_epoch(test::sample_time(), test::sample_point(), {0, 0, 0}, false);
   for (const simulation::Epoch* e : {static_cast<const simulation::Epoch*>(nullptr), &no_fix}) {
     const auto m = gps_fix_message<GPSFix>(head(), e);
     EXPECT_EQ(m.status.status, -1);

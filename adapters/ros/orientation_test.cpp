@@ -26,7 +26,7 @@ struct Stamped {
 #endif
 
 simulation::Epoch epoch() {
-  return test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0});
+  return test::sample_epoch(test::sample_time(), test::sample_point(), {0, 0, 0});
 }
 
 Eigen::Quaterniond turn_of(const Stamped& message) {

@@ -124,7 +124,7 @@ template <class DiagnosticArray>
     else if (fix.solved())
       say(Status::WARN, "prediction: no satellite is used");
     else
-      say(Status::WARN, "no fix: " + std::string(output::no_fix_reason(fix, epoch->placement)));
+      say(Status::WARN, "no fix: " + std::string(output::no_fix_reason(fix, epoch->containment)));
     add("kind of fix", std::string(positioning::name(fix.kind())));
     if (fix.correction_age_s) add("age of corrections [s]", number(*fix.correction_age_s));
     add("satellites used", std::to_string(output::used_count(fix)));

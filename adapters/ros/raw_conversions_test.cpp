@@ -168,8 +168,8 @@ TYPED_TEST(Raw, DiagnosticsSayHowItIs) {
   health.name = "gnss";
   health.receiver = "car";
   health.reason = "no pose on pose";
-  const auto fix = test::sample_epoch(test::sample_time(), test::sample_place(), {3, 4, 0});
-  const auto none = test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0}, false);
+  const auto fix = test::sample_epoch(test::sample_time(), test::sample_point(), {3, 4, 0});
+  const auto none = test::sample_epoch(test::sample_time(), test::sample_point(), {0, 0, 0}, false);
   const auto said = [&](const simulation::Epoch* epoch) {
     return diagnostics_message<Diagnostics>(this->head_, health, epoch).status.at(0);
   };

@@ -108,11 +108,12 @@ simulation::RigidPose MapProjection::in_city(const simulation::RigidPose& pose) 
   double latitude_deg = 0, longitude_deg = 0, convergence_deg = 0, scale = 1;
   grid_->Reverse(meridian_deg_, begin_.x() + p.x(), begin_.y() + p.y(), latitude_deg, longitude_deg,
                  convergence_deg, scale);
-  const auto place = geodesy::Geodetic::from_degrees(latitude_deg, longitude_deg, height_m_ + p.z());
+  const auto position = geodesy::Geodetic::from_degrees(latitude_deg, longitude_deg, height_m_ + p.z());
   const Eigen::AngleAxisd true_from_grid(-geodesy::radians(convergence_deg), Eigen::Vector3d::UnitZ());
-  const Eigen::Matrix3d city_from_map =
-      city_from_ecef * geodesy::enu_from_ecef_rotation(place).transpose() * true_from_grid.toRotationMatrix();
-  return {city_.local_from_geodetic(place), Eigen::Quaterniond(city_from_map) * pose.attitude};
+  const Eigen::Matrix3d city_from_map = city_from_ecef *
+                                        geodesy::enu_from_ecef_rotation(position).transpose() *
+                                        true_from_grid.toRotationMatrix();
+  return {city_.local_from_geodetic(position), Eigen::Quaterniond(city_from_map) * pose.attitude};
 }
 
 }  // namespace canyon::adapters::ros2

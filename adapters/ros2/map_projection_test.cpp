@@ -31,8 +31,8 @@ std::string refused(const std::string& yaml) {
   return "";
 }
 
-Eigen::Vector3d place_of(const MapProjectorInfo& info, const geodesy::LocalFrame& city,
-                         const Eigen::Vector3d& map, double geoid_m = 0) {
+Eigen::Vector3d position_of(const MapProjectorInfo& info, const geodesy::LocalFrame& city,
+                            const Eigen::Vector3d& map, double geoid_m = 0) {
   return MapProjection(info, city, geoid_m).in_city({map, Eigen::Quaterniond::Identity()}).position_m;
 }
 
@@ -41,10 +41,10 @@ Eigen::Vector3d place_of(const MapProjectorInfo& info, const geodesy::LocalFrame
 TEST(MapProjection, PutsTheOriginOfTheCityWhereMgrsHasIt) {
   const geodesy::LocalFrame city(geodesy::Geodetic::from_degrees(35.65858, 139.74543, 40));
   const auto info = read("projector_type: MGRS\nvertical_datum: WGS84\nmgrs_grid: 54SUE\n");
-  EXPECT_LT(place_of(info, city, {86440.29, 46805.90, 40}).norm(), 0.01);
+  EXPECT_LT(position_of(info, city, {86440.29, 46805.90, 40}).norm(), 0.01);
   // Heights above the geoid, which is 36.7 m above the ellipsoid here.
   const auto egm = read("projector_type: MGRS\nvertical_datum: EGM2008\nmgrs_grid: 54SUE\n");
-  EXPECT_LT(place_of(egm, city, {86440.29, 46805.90, 3.3}, 36.7).norm(), 0.01);
+  EXPECT_LT(position_of(egm, city, {86440.29, 46805.90, 3.3}, 36.7).norm(), 0.01);
 }
 
 // West of the central meridian, 141 E, grid north points west of true north by
@@ -68,11 +68,11 @@ TEST(MapProjection, TakesAnOriginOnTheGridOrInItsTangentialPlane) {
   // Autoware uses an altitude of 0 for any value in the file.
   const std::string origin = "map_origin: {latitude: 35.65858, longitude: 139.74543, altitude: 40.0}\n";
   const auto plane = read("projector_type: LocalCartesian\n" + origin);
-  EXPECT_LT((place_of(plane, city, {100, -200, 3}) - Eigen::Vector3d(100, -200, 3)).norm(), 1e-6);
+  EXPECT_LT((position_of(plane, city, {100, -200, 3}) - Eigen::Vector3d(100, -200, 3)).norm(), 1e-6);
   const auto grid = read("projector_type: LocalCartesianUTM\n" + origin);
-  EXPECT_LT(place_of(grid, city, {0, 0, 0}).norm(), 1e-6);
-  EXPECT_NEAR(place_of(grid, city, {0, 1000, 0}).x(), -1000 / 0.99976 * std::sin(0.7315 * 3.14159265 / 180),
-              0.02);
+  EXPECT_LT(position_of(grid, city, {0, 0, 0}).norm(), 1e-6);
+  EXPECT_NEAR(position_of(grid, city, {0, 1000, 0}).x(),
+              -1000 / 0.99976 * std::sin(0.7315 * 3.14159265 / 180), 0.02);
 }
 
 // On the origin's meridian lengths of the grid are the factor times those on the ground, and its north is
@@ -81,11 +81,11 @@ TEST(MapProjection, TakesAGridAboutTheOriginsMeridian) {
   const geodesy::LocalFrame city(geodesy::Geodetic::from_degrees(35.65858, 139.74543, 0));
   const std::string text =
       "projector_type: TransverseMercator\nmap_origin: {latitude: 35.65858, longitude: 139.74543}\n";
-  EXPECT_LT(place_of(read(text), city, {0, 0, 0}).norm(), 1e-6);
-  EXPECT_NEAR(place_of(read(text), city, {0, 1000, 0}).y(), 1000 / 0.9996, 1e-3);
-  EXPECT_NEAR(place_of(read(text), city, {0, 1000, 0}).x(), 0, 1e-6);
+  EXPECT_LT(position_of(read(text), city, {0, 0, 0}).norm(), 1e-6);
+  EXPECT_NEAR(position_of(read(text), city, {0, 1000, 0}).y(), 1000 / 0.9996, 1e-3);
+  EXPECT_NEAR(position_of(read(text), city, {0, 1000, 0}).x(), 0, 1e-6);
   const auto whole = read(text + "scale_factor: 1.0\n");
-  EXPECT_NEAR(place_of(whole, city, {1000, 0, 0}).x(), 1000, 1e-3);
+  EXPECT_NEAR(position_of(whole, city, {1000, 0, 0}).x(), 1000, 1e-3);
 }
 
 TEST(MapProjection, SaysWhichFileIsWrong) {

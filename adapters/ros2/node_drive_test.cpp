@@ -134,10 +134,10 @@ TEST(NodeDrive, ATimeThatGoesBackGivesTheSameNumbers) {
 
 // A fixed base corrects positions; a base on the vehicle yields its heading.
 TEST(NodeDrive, HasItsBase) {
-  for (const char* place : {"fixed: {east_m: 0, north_m: 0, up_m: 50}", "lever_arm: {forward_m: 1}"}) {
+  for (const char* position : {"fixed: {east_m: 0, north_m: 0, up_m: 50}", "lever_arm: {forward_m: 1}"}) {
     Drove drive(kDrive +
                 "receivers:\n  - {name: car, profile: ublox-f9p, rtk: true, corrections: {from: base}}\n" +
-                "  - {name: base, profile: ublox-f9p, " + place + "}\n");
+                "  - {name: base, profile: ublox-f9p, " + position + "}\n");
     const auto expected = drive.expected();
     drive.go_to(30'000'000'000);
     ASSERT_EQ(2 * drive.steps.size(), expected.size());
@@ -149,7 +149,7 @@ TEST(NodeDrive, HasItsBase) {
     }
     const auto& baseline = drive.steps.back().epoch.observed.fix.baseline;
     ASSERT_TRUE(baseline);
-    EXPECT_EQ(baseline->moving_base, std::string(place).starts_with("lever"));
+    EXPECT_EQ(baseline->moving_base, std::string(position).starts_with("lever"));
   }
 }
 

@@ -33,9 +33,9 @@ live::HostSetup setup_of(const NodeSettings& settings, std::shared_ptr<simulatio
 NodeTruth::NodeTruth(const NodeSettings& settings, const city::City& city, Drive drive)
     : drive_(std::move(drive)), poses_(source_name(settings.pose_source), settings.pose_timeout_s) {
   if (settings.pose_source == PoseSource::Fixed) {
-    simulation::FixedPlace place = *settings.live.receiver().fixed;
-    place.settle(city.frame);
-    fixed_ = simulation::Pose{{}, place.place};
+    simulation::FixedPosition position = *settings.live.receiver().fixed;
+    position.settle(city.frame);
+    fixed_ = simulation::Pose{{}, position.position};
   }
   if (settings.map_projector) {
     projection_.emplace(read_map_projector_info(*settings.map_projector), city.frame,

@@ -151,8 +151,8 @@ TEST_F(Topic, SaysThatThePlaceIsMissing) {
   for (int i = 0; i < 90; ++i) {
     const std::string epoch = base.bytes(i * kSecond);
     for (const std::string_view frame : split_frames(epoch)) {
-      const bool place = frame.at(3) == '\x3E' && (static_cast<unsigned char>(frame.at(4)) >> 4) == 0xD;
-      if (!place) topic_.receive(frame, at(i));
+      const bool is_located = frame.at(3) == '\x3E' && (static_cast<unsigned char>(frame.at(4)) >> 4) == 0xD;
+      if (!is_located) topic_.receive(frame, at(i));
     }
   }
   EXPECT_THAT(topic_.take_warnings(), ElementsAre(HasSubstr("without message 1005 or 1006")));

@@ -77,7 +77,7 @@ Json make_scenario(const Json& given) {
     Json made = {{"files", files}, {"messages", messages}};
     const bool mesh = simulation::is_file_of<simulation::MeshCity>(files.empty() ? "" : files.front());
     try {
-      if (mesh) (void)cli::parse_place(origin, files.front() + ": the position of its zero");
+      if (mesh) (void)cli::parse_position(origin, files.front() + ": the position of its zero");
       if (parts[cli::ScenarioPart::City].empty()) throw InputError("no file is a city", "give one as well");
     } catch (const InputError& error) {
       refuse(error);

@@ -145,7 +145,7 @@ Temporary::~Temporary() {
   if (files_ != nullptr) files_->remove_output(noted_);
 }
 
-void Temporary::put_in_place() {
+void Temporary::rename_to_target() {
   ResultFiles::note(path_);
   std::error_code error;
   bool exchanged = false;
@@ -198,7 +198,7 @@ void OutputFile::commit() {
   const bool flushed = std::fflush(file_) == 0;
   const bool closed = std::fclose(std::exchange(file_, nullptr)) == 0;
   if (!flushed || !closed || failure_ != 0) fail("cannot be written");
-  temporary_.put_in_place();
+  temporary_.rename_to_target();
 }
 
 const fs::path& OutputFile::hand_over() const {
@@ -381,21 +381,22 @@ void Spool::Text::add(std::string_view bytes) {
   const int handle = ::fileno(spool_->file_.get());
   std::size_t at = 0;
   for (; rest_.size() - at >= kBlock; at += kBlock) {
-    const auto place = static_cast<off_t>(spool_->blocks_) * static_cast<off_t>(kBlock);
+    const auto position = static_cast<off_t>(spool_->blocks_) * static_cast<off_t>(kBlock);
     errno = 0;
-    if (::pwrite(handle, rest_.data() + at, kBlock, place) != static_cast<ssize_t>(kBlock))
+    if (::pwrite(handle, rest_.data() + at, kBlock, position) != static_cast<ssize_t>(kBlock))
       fail(errno != 0 ? errno : ENOSPC);
-    places_.push_back(spool_->blocks_++);
+    block_numbers_.push_back(spool_->blocks_++);
   }
   rest_.erase(0, at);
 }
 
 void Spool::Text::read(const std::function<void(std::string_view)>& put) const {
   std::string block(kBlock, '\0');
-  for (const std::uint32_t each : places_) {
-    const auto place = static_cast<off_t>(each) * static_cast<off_t>(kBlock);
+  for (const std::uint32_t each : block_numbers_) {
+    const auto position = static_cast<off_t>(each) * static_cast<off_t>(kBlock);
     errno = 0;
-    if (::pread(::fileno(spool_->file_.get()), block.data(), kBlock, place) != static_cast<ssize_t>(kBlock))
+    if (::pread(::fileno(spool_->file_.get()), block.data(), kBlock, position) !=
+        static_cast<ssize_t>(kBlock))
       fail(errno != 0 ? errno : EIO);
     put(block);
   }

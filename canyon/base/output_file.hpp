@@ -37,7 +37,7 @@ class Temporary {
   Temporary& operator=(Temporary&& other) = delete;
 
   /// Renames it to the output's name and replaces an older file. Throws InputError if this fails.
-  void put_in_place();
+  void rename_to_target();
 
   /// The output's name; and the temporary name.
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
@@ -171,13 +171,13 @@ class Spool {
     explicit Text(Spool& spool) : spool_(&spool) {}
     /// Throws OutputError if the bytes cannot be stored.
     void add(std::string_view bytes);
-    [[nodiscard]] bool empty() const { return rest_.empty() && places_.empty(); }
+    [[nodiscard]] bool empty() const { return rest_.empty() && block_numbers_.empty(); }
     void read(const std::function<void(std::string_view)>& put) const;
 
    private:
     Spool* spool_;
     std::string rest_;
-    std::vector<std::uint32_t> places_;  // of its blocks in the file
+    std::vector<std::uint32_t> block_numbers_;  // of its blocks in the file
   };
 
  private:

@@ -19,18 +19,18 @@ namespace canyon {
 template <typename Value, typename Make>
 [[nodiscard]] const Value& remembered(std::uint64_t owner, std::size_t key, std::int64_t instant,
                                       const Make& make) {
-  struct Place {
+  struct CacheSlot {
     std::uint64_t owner = 0;
     std::size_t key = 0;
     std::int64_t instant = 0;
     Value value;
   };
-  using Places = std::array<Place, 1024>;
-  static thread_local const std::unique_ptr<Places> places = std::make_unique<Places>();
-  Place& place = (*places)[(owner * 397 + key) % places->size()];
-  if (place.owner != owner || place.key != key || place.instant != instant)
-    place = {owner, key, instant, make()};
-  return place.value;
+  using CacheSlots = std::array<CacheSlot, 1024>;
+  static thread_local const std::unique_ptr<CacheSlots> cache = std::make_unique<CacheSlots>();
+  CacheSlot& location = (*cache)[(owner * 397 + key) % cache->size()];
+  if (location.owner != owner || location.key != key || location.instant != instant)
+    location = {owner, key, instant, make()};
+  return location.value;
 }
 
 }  // namespace canyon

@@ -155,7 +155,7 @@ std::size_t append_object(Mesh& mesh, std::string name, Surface surface,
   }
   if (mesh.vertices.size() + vertices.size() >= kMost || mesh.triangles.size() + triangles.size() >= kMost)
     throw InputError(fmt::format("object '{}' makes the mesh larger than {} triangles", name, kMost));
-  std::unordered_map<std::uint32_t, std::uint32_t> places;
+  std::unordered_map<std::uint32_t, std::uint32_t> indices;
   const auto first = static_cast<std::uint32_t>(mesh.triangles.size());
   std::size_t dropped = 0;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -164,14 +164,14 @@ std::size_t append_object(Mesh& mesh, std::string name, Surface surface,
       ++dropped;
       continue;
     }
-    std::array<std::uint32_t, 3> placed{};
+    std::array<std::uint32_t, 3> posed{};
     for (std::size_t k = 0; k < 3; ++k) {
       const auto [found, is_new] =
-          places.try_emplace(triangle[k], static_cast<std::uint32_t>(mesh.vertices.size()));
+          indices.try_emplace(triangle[k], static_cast<std::uint32_t>(mesh.vertices.size()));
       if (is_new) mesh.vertices.push_back(vertices[triangle[k]]);
-      placed[k] = found->second;
+      posed[k] = found->second;
     }
-    mesh.triangles.push_back(placed);
+    mesh.triangles.push_back(posed);
     mesh.materials.push_back(materials[t]);
   }
   const auto count = static_cast<std::uint32_t>(mesh.triangles.size()) - first;

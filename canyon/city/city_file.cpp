@@ -400,7 +400,7 @@ std::size_t keep_within(Mesh& mesh, const Eigen::AlignedBox2d& plan) {
     return plan.intersects(box);
   };
   Mesh kept;
-  std::vector<std::uint32_t> place(mesh.vertices.size(), kUnused);
+  std::vector<std::uint32_t> slot(mesh.vertices.size(), kUnused);
   for (Object& object : mesh.objects) {
     const bool terrain = object.surface == Surface::Terrain;
     if (!terrain && !is_near(object.first_triangle, object.triangle_count)) continue;
@@ -409,7 +409,7 @@ std::size_t keep_within(Mesh& mesh, const Eigen::AlignedBox2d& plan) {
       if (terrain && !is_near(t, 1)) continue;
       std::array<std::uint32_t, 3> corners = mesh.triangles[t];
       for (std::uint32_t& corner : corners) {
-        std::uint32_t& to = place[corner];
+        std::uint32_t& to = slot[corner];
         if (to == kUnused) {
           to = static_cast<std::uint32_t>(kept.vertices.size());
           kept.vertices.push_back(mesh.vertices[corner]);

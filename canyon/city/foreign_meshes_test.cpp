@@ -41,8 +41,8 @@ class ForeignMeshes : public ::testing::Test {
 /// A tetrahedron; `tail` follows the numbers of each vertex.
 std::string obj(const std::string& tail) {
   std::string text;
-  for (const char* place : {"0 0 0", "9 0 0", "0 9 0", "0 0 9"})
-    text += "v " + std::string(place) + tail + "\n";
+  for (const char* position : {"0 0 0", "9 0 0", "0 9 0", "0 0 9"})
+    text += "v " + std::string(position) + tail + "\n";
   return text + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
 }
 
@@ -125,7 +125,7 @@ TEST_F(ForeignMeshes, TransformsOfGltf) {
 }
 
 TEST_F(ForeignMeshes, InstancesOfGltfStandAtTheirPlaces) {
-  const std::string places = test::bytes_of<float>({0, 0, 0, 50, 0, 0});
+  const std::string positions = test::bytes_of<float>({0, 0, 0, 50, 0, 0});
   const City city = read(
       "a.gltf",
       fmt::format(
@@ -136,7 +136,7 @@ TEST_F(ForeignMeshes, InstancesOfGltfStandAtTheirPlaces) {
           R"("bufferViews":[{{"buffer":0,"byteLength":36}},{{"buffer":0,"byteOffset":36,"byteLength":24}}],"accessors":[)"
           R"({{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}},)"
           R"({{"bufferView":1,"componentType":5126,"count":2,"type":"VEC3"}}]}})",
-          base64(test::bytes_of<float>({0, 0, 0, 9, 0, 0, 0, 9, 0}) + places)));
+          base64(test::bytes_of<float>({0, 0, 0, 9, 0, 0, 0, 9, 0}) + positions)));
   EXPECT_EQ(city.mesh.triangles.size(), 2U);
   EXPECT_EQ(city.bounds().max.x(), 59);
 }

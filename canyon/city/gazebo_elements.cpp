@@ -142,7 +142,7 @@ std::string relative_to(const Element& element) {
 }  // namespace
 
 bool add_primitive(const SdfFile& source, const Element& shape, LinkShapes& shapes,
-                   const LinkShapes::Place& place) {
+                   const LinkShapes::ShapePose& location) {
   const auto length = [&](const char* child) { return child_numbers(source, shape, child, 1)[0]; };
   const auto lengths = [&](const char* child) {
     const std::vector<double> s = child_numbers(source, shape, child, 3);
@@ -150,22 +150,22 @@ bool add_primitive(const SdfFile& source, const Element& shape, LinkShapes& shap
   };
   const std::string_view kind = shape.Name();
   if (kind == "box") {
-    shapes.solid(place, "a box", box_mesh(lengths("size")));
+    shapes.solid(location, "a box", box_mesh(lengths("size")));
   } else if (kind == "ellipsoid") {
-    shapes.solid(place, "an ellipsoid", ellipsoid_mesh(lengths("radii")));
+    shapes.solid(location, "an ellipsoid", ellipsoid_mesh(lengths("radii")));
   } else if (kind == "capsule") {
-    shapes.solid(place, "a capsule", capsule_mesh(length("radius"), length("length")));
+    shapes.solid(location, "a capsule", capsule_mesh(length("radius"), length("length")));
   } else if (kind == "cone") {
-    shapes.solid(place, "a cone", cone_mesh(length("radius"), length("length")));
+    shapes.solid(location, "a cone", cone_mesh(length("radius"), length("length")));
   } else if (kind == "cylinder") {
-    shapes.solid(place, "a cylinder", cylinder_mesh(length("radius"), length("length")));
+    shapes.solid(location, "a cylinder", cylinder_mesh(length("radius"), length("length")));
   } else if (kind == "sphere") {
-    shapes.solid(place, "a sphere", sphere_mesh(length("radius")));
+    shapes.solid(location, "a sphere", sphere_mesh(length("radius")));
   } else if (kind == "plane") {
     // SDF's defaults.
     const bool has_size = shape.FirstChildElement("size") != nullptr;
     const std::vector<double> s = has_size ? child_numbers(source, shape, "size", 2) : std::vector{1.0, 1.0};
-    shapes.plane(place,
+    shapes.plane(location,
                  shape.FirstChildElement("normal") != nullptr ? lengths("normal") : Eigen::Vector3d::UnitZ(),
                  {s[0], s[1]});
   } else {
@@ -175,7 +175,7 @@ bool add_primitive(const SdfFile& source, const Element& shape, LinkShapes& shap
 }
 
 bool add_polylines(const SdfFile& source, const Element& geometry, LinkShapes& shapes,
-                   const LinkShapes::Place& place) {
+                   const LinkShapes::ShapePose& location) {
   const Element* const first = geometry.FirstChildElement("polyline");
   if (first == nullptr) return false;
   std::vector<Polyline> polylines;
@@ -194,7 +194,7 @@ bool add_polylines(const SdfFile& source, const Element& geometry, LinkShapes& s
   if (geos::is_tangled(polylines))
     throw source.error(*first, "<polyline> whose sides cross thousands of times",
                        "give the corners in order along the outline");
-  shapes.polylines(place, polylines, child_numbers(source, *first, "height", 1)[0], extruded_polylines);
+  shapes.polylines(location, polylines, child_numbers(source, *first, "height", 1)[0], extruded_polylines);
   return true;
 }
 
@@ -271,9 +271,9 @@ Affine3d Frames::resolved(const Scope& scope, const Element& child) {
   Affine3d pose = own ? base_of(scope, child) * numbers_of(*scope.source, child)
                       : numbers_of(*model.source, *model.element);
   if (model.element == nullptr) return pose;
-  std::string placement = kind == "include" ? child_text(child, "placement_frame") : std::string();
-  if (placement.empty()) placement = attribute(*model.element, "placement_frame");
-  return placement.empty() ? pose : pose * named(model, placement, *model.element, 0).inverse();
+  std::string containment = kind == "include" ? child_text(child, "placement_frame") : std::string();
+  if (containment.empty()) containment = attribute(*model.element, "placement_frame");
+  return containment.empty() ? pose : pose * named(model, containment, *model.element, 0).inverse();
 }
 
 Affine3d Frames::of_child(const Scope& scope, const Element& child) {

@@ -39,11 +39,11 @@ struct SdfFile {
 
 /// Adds a shape that needs no file; false for any other.
 bool add_primitive(const SdfFile& source, const Element& shape, LinkShapes& shapes,
-                   const LinkShapes::Place& place);
+                   const LinkShapes::ShapePose& location);
 
 /// Adds the polylines of a geometry, extruded to the height of the first; false if it has none.
 bool add_polylines(const SdfFile& source, const Element& geometry, LinkShapes& shapes,
-                   const LinkShapes::Place& place);
+                   const LinkShapes::ShapePose& location);
 
 /// Poses of SDF files; each may be relative to another frame (SDFormat specification, "Pose Frame Semantics"
 /// 1.7 and later).

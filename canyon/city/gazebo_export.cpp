@@ -40,32 +40,32 @@ std::size_t triangles_of(const std::vector<Object>& objects) {
 }
 
 /// Halves the objects across their longer side until each group is small enough.
-void split_by_place(const Mesh& mesh, std::vector<Object> objects, std::size_t most,
-                    std::vector<std::vector<Object>>& groups) {
+void split_by_location(const Mesh& mesh, std::vector<Object> objects, std::size_t most,
+                       std::vector<std::vector<Object>>& groups) {
   if (objects.size() < 2 || triangles_of(objects) <= most) {
     if (!objects.empty()) groups.push_back(std::move(objects));
     return;
   }
-  std::vector<std::pair<Eigen::Vector3d, Object>> placed;
+  std::vector<std::pair<Eigen::Vector3d, Object>> posed;
   Box box;
   for (Object& object : objects) {
     Box of_object;
     extend(of_object, mesh, object);
     const Eigen::Vector3d middle = middle_of(of_object);
     extend(box, middle);
-    placed.emplace_back(middle, std::move(object));
+    posed.emplace_back(middle, std::move(object));
   }
   const Eigen::Vector3d size = box.max - box.min;
   const int axis = size.x() >= size.y() ? 0 : 1;
-  const auto half = placed.begin() + static_cast<std::ptrdiff_t>(placed.size() / 2);
-  std::stable_sort(placed.begin(), placed.end(),
+  const auto half = posed.begin() + static_cast<std::ptrdiff_t>(posed.size() / 2);
+  std::stable_sort(posed.begin(), posed.end(),
                    [axis](const auto& a, const auto& b) { return a.first[axis] < b.first[axis]; });
   std::vector<Object> low;
   std::vector<Object> high;
-  for (auto it = placed.begin(); it != placed.end(); ++it)
+  for (auto it = posed.begin(); it != posed.end(); ++it)
     (it < half ? low : high).push_back(std::move(it->second));
-  split_by_place(mesh, std::move(low), most, groups);
-  split_by_place(mesh, std::move(high), most, groups);
+  split_by_location(mesh, std::move(low), most, groups);
+  split_by_location(mesh, std::move(high), most, groups);
 }
 
 std::vector<Link> links_of(const Mesh& mesh, std::size_t triangles_per_mesh) {
@@ -74,7 +74,7 @@ std::vector<Link> links_of(const Mesh& mesh, std::size_t triangles_per_mesh) {
   for (Object& object : objects_with_triangles(mesh))
     (object.surface == Surface::Terrain ? terrain : others).push_back(std::move(object));
   std::vector<std::vector<Object>> groups;
-  split_by_place(mesh, std::move(others), triangles_per_mesh, groups);
+  split_by_location(mesh, std::move(others), triangles_per_mesh, groups);
   std::vector<Link> links;
   links.reserve(groups.size() + 1);
   for (auto& group : groups)
@@ -269,7 +269,7 @@ void write_gazebo_model(const std::filesystem::path& folder, const City& city, c
   Temporary output = model_folder(path);
   in_name_of(folder,
              [&] { fill_model(output.temporary_path(), path.filename().string(), city, links, options); });
-  output.put_in_place();
+  output.rename_to_target();
 }
 
 void write_gazebo_world(const std::filesystem::path& path, const City& city, const GazeboOptions& options) {
@@ -290,7 +290,7 @@ void write_gazebo_world(const std::filesystem::path& path, const City& city, con
   Temporary output = model_folder(folder);
   in_name_of(folder, [&] { fill_model(output.temporary_path(), name, city, links, options); });
   // Renames the folder first: a world without meshes would be worse than meshes without a world.
-  output.put_in_place();
+  output.rename_to_target();
   world.commit();
 }
 

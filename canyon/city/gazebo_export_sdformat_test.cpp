@@ -97,7 +97,7 @@ TEST(GazeboSdformat, ModelLoadsWithoutError) {
 TEST(GazeboSdformat, FramesOfPosesResolveAlike) {
   const TemporaryFolder folder;
   std::mt19937_64 random(5);
-  std::uniform_real_distribution<double> place(-50, 50), angle(-3, 3);
+  std::uniform_real_distribution<double> coordinate(-50, 50), angle(-3, 3);
   std::string text = "<sdf version='1.9'><model name='m'><static>true</static>";
   constexpr int kCount = 20;
   for (int i = 0; i < kCount; ++i) {
@@ -105,8 +105,8 @@ TEST(GazeboSdformat, FramesOfPosesResolveAlike) {
         i == 0 ? "__model__"
                : (random() % 2 == 0 ? "l" : "f") + std::to_string(random() % static_cast<unsigned>(i));
     const auto pose = [&](const std::string& relative) {
-      return fmt::format("<pose relative_to='{}'>{} {} {} {} {} {}</pose>", relative, place(random),
-                         place(random), place(random), angle(random), angle(random), angle(random));
+      return fmt::format("<pose relative_to='{}'>{} {} {} {} {} {}</pose>", relative, coordinate(random),
+                         coordinate(random), coordinate(random), angle(random), angle(random), angle(random));
     };
     const std::string name = std::to_string(i);
     text += "<link name='l" + name + "'>" + pose(other) + "<collision name='c'>" + pose("l" + name) +

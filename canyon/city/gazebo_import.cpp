@@ -124,7 +124,7 @@ class GazeboImport {
     }
   }
   /// The pose of a world's model: from the state, else its own.
-  Eigen::Affine3d placed(const std::string& name, const Eigen::Affine3d& own, int depth) {
+  Eigen::Affine3d posed_transform(const std::string& name, const Eigen::Affine3d& own, int depth) {
     const auto found = depth == 0 ? state_.find(name) : state_.end();
     if (found == state_.end() || found->second.isApprox(own, 1e-9)) return own;
     ++moved_;
@@ -249,8 +249,8 @@ class GazeboImport {
         const std::string name = attribute(*e, "name");
         if (is_deleted(name, depth)) continue;
         read_model(source, *e,
-                   world_from_parent * placed(name, frames_.of_child({&source, &parent}, *e), depth), scope,
-                   name, depth);
+                   world_from_parent * posed_transform(name, frames_.of_child({&source, &parent}, *e), depth),
+                   scope, name, depth);
       } else if (kind == "include") {
         read_include({&source, &parent}, *e, world_from_parent, scope, depth, only_static);
       } else if (kind == "actor" || kind == "population" || kind == "road") {
@@ -298,8 +298,8 @@ class GazeboImport {
                          "look for a model that includes itself");
     }
     read_model(*included.source, *included.element,
-               world_from_parent * placed(name, frames_.of_child(parent, include), depth), scope, name,
-               depth + 1);
+               world_from_parent * posed_transform(name, frames_.of_child(parent, include), depth), scope,
+               name, depth + 1);
   }
 
   /// The model of an <include>, cached; a missing or damaged model omits only itself.

@@ -101,16 +101,16 @@ struct LinkShapes::Soup {
   }
 };
 
-void LinkShapes::note(const Place& place, std::string_view what) const {
-  notes_.push_back(fmt::format("'{}' {}", place.name, what));
+void LinkShapes::note(const ShapePose& location, std::string_view what) const {
+  notes_.push_back(fmt::format("'{}' {}", location.name, what));
 }
 
-void LinkShapes::leave_out(const Place& place, std::string_view why) const {
-  note(place, fmt::format("is left out: {}", why));
+void LinkShapes::leave_out(const ShapePose& location, std::string_view why) const {
+  note(location, fmt::format("is left out: {}", why));
 }
 
 /// Adds `soup` (in the frame of `link_from_soup`) as one object.
-void LinkShapes::append(const Place& place, const std::string& object, Surface surface, Soup soup,
+void LinkShapes::append(const ShapePose& location, const std::string& object, Surface surface, Soup soup,
                         const Affine3d& link_from_soup, bool orient_it) {
   for (Vector3d& v : soup.vertices) v = link_from_soup * v;
   if (link_from_soup.linear().determinant() < 0)
@@ -121,7 +121,7 @@ void LinkShapes::append(const Place& place, const std::string& object, Surface s
     for (const std::uint32_t v : {a, b, c}) {
       if (!(soup.vertices[v].norm() <= kLargestShape_m)) {
         return leave_out(
-            place, fmt::format("it extends farther than {:.0f} km from its link", kLargestShape_m / 1e3));
+            location, fmt::format("it extends farther than {:.0f} km from its link", kLargestShape_m / 1e3));
       }
     }
     if (is_degenerate(soup.vertices[a], soup.vertices[b], soup.vertices[c])) continue;
@@ -135,41 +135,41 @@ void LinkShapes::append(const Place& place, const std::string& object, Surface s
   append_object(mesh_, object, surface, soup.materials, soup.vertices, soup.triangles);
 }
 
-void LinkShapes::add(const Place& place, const TriangleSet& set, bool orient_it) {
-  const bool terrain = names_terrain(place.name);
+void LinkShapes::add(const ShapePose& location, const TriangleSet& set, bool orient_it) {
+  const bool terrain = names_terrain(location.name);
   Soup soup;
-  soup.add(set.vertices, set.triangles, terrain ? Material::Ground : place.material);
-  append(place, place.name, terrain ? Surface::Terrain : Surface::Building, std::move(soup),
-         place.link_from_shape, orient_it);
+  soup.add(set.vertices, set.triangles, terrain ? Material::Ground : location.material);
+  append(location, location.name, terrain ? Surface::Terrain : Surface::Building, std::move(soup),
+         location.link_from_shape, orient_it);
 }
 
-void LinkShapes::solid(const Place& place, std::string_view what, const TriangleSet& set) {
-  if (set.triangles.empty()) return leave_out(place, fmt::format("{} without extent", what));
-  add(place, set);
+void LinkShapes::solid(const ShapePose& location, std::string_view what, const TriangleSet& set) {
+  if (set.triangles.empty()) return leave_out(location, fmt::format("{} without extent", what));
+  add(location, set);
 }
 
-void LinkShapes::plane(const Place& place, const Vector3d& normal, Eigen::Vector2d size) {
+void LinkShapes::plane(const ShapePose& location, const Vector3d& normal, Eigen::Vector2d size) {
   if (!normal.allFinite() || !(normal.norm() > 1e-6))
-    return leave_out(place, "a plane with a normal of length 0");
-  if (!(size.minCoeff() > 0)) return leave_out(place, "a plane without extent");
+    return leave_out(location, "a plane with a normal of length 0");
+  if (!(size.minCoeff() > 0)) return leave_out(location, "a plane without extent");
   if (size.maxCoeff() > kLargestPlane_m) {
     size = size.cwiseMin(kLargestPlane_m);
-    note(place, fmt::format("is a plane cut to {:.0f} km about its origin", kLargestPlane_m / 1e3));
+    note(location, fmt::format("is a plane cut to {:.0f} km about its origin", kLargestPlane_m / 1e3));
   }
-  add(place, plane_mesh(normal.normalized(), size));
+  add(location, plane_mesh(normal.normalized(), size));
 }
 
-void LinkShapes::mesh(const Place& place, const MeshFile& file, const MeshUse& use) {
+void LinkShapes::mesh(const ShapePose& location, const MeshFile& file, const MeshUse& use) {
   if (!use.scale.allFinite() || !(use.scale.cwiseAbs().minCoeff() > 0))
-    return leave_out(place, "a mesh with a scale of 0");
+    return leave_out(location, "a mesh with a scale of 0");
   const bool chosen =
       !use.submesh.empty() && std::any_of(file.nodes.begin(), file.nodes.end(),
                                           [&](const MeshNode& node) { return node.name == use.submesh; });
   if (!use.submesh.empty() && !chosen) {
-    note(place, fmt::format("names submesh '{}', which its mesh does not have: the whole mesh is used",
-                            use.submesh));
+    note(location, fmt::format("names submesh '{}', which its mesh does not have: the whole mesh is used",
+                               use.submesh));
   }
-  const bool terrain = !file.marked && names_terrain(place.name);
+  const bool terrain = !file.marked && names_terrain(location.name);
   std::size_t other = 0, taken = 0;
   for (auto next = file.nodes.begin(); next != file.nodes.end();) {
     const std::string& name = next->name;
@@ -181,7 +181,7 @@ void LinkShapes::mesh(const Place& place, const MeshFile& file, const MeshUse& u
         continue;
       }
       const Vector3d origin = chosen && use.center ? middle_of(next->vertices) : Vector3d(Vector3d::Zero());
-      const Material material = !file.marked   ? place.material
+      const Material material = !file.marked   ? location.material
                                 : next->colour ? material_by_colour(*next->colour)
                                                : Material::Unknown;
       soup.add(next->vertices, next->triangles, material, origin);
@@ -192,14 +192,14 @@ void LinkShapes::mesh(const Place& place, const MeshFile& file, const MeshUse& u
     const Surface surface = terrain ? Surface::Terrain : node.surface;
     if (!file.marked && surface == Surface::Terrain)
       soup.materials.assign(soup.materials.size(), Material::Ground);
-    append(place, file.marked ? node.name : fmt::format("{}::{}", place.name, node.name), surface,
-           std::move(soup), place.link_from_shape * Eigen::Scaling(use.scale), !file.marked);
+    append(location, file.marked ? node.name : fmt::format("{}::{}", location.name, node.name), surface,
+           std::move(soup), location.link_from_shape * Eigen::Scaling(use.scale), !file.marked);
   }
-  if (other > 0) note(place, fmt::format("has {} submeshes without triangles, which are left out", other));
-  if (taken == 0) leave_out(place, "its mesh has no triangle");
+  if (other > 0) note(location, fmt::format("has {} submeshes without triangles, which are left out", other));
+  if (taken == 0) leave_out(location, "its mesh has no triangle");
 }
 
-void LinkShapes::polylines(const Place& place, const std::vector<Polyline>& polylines, double height,
+void LinkShapes::polylines(const ShapePose& location, const std::vector<Polyline>& polylines, double height,
                            const Extrude& extrude) {
   std::string key = fmt::format("{}", height);
   bool sound = is_extent({1, 1, height}) && !polylines.empty();
@@ -211,19 +211,19 @@ void LinkShapes::polylines(const Place& place, const std::vector<Polyline>& poly
     }
     key += ';';
   }
-  if (!sound) return leave_out(place, "a polyline without height or with fewer than three points");
+  if (!sound) return leave_out(location, "a polyline without height or with fewer than three points");
   const auto node = extrude(fmt::format("canyon_polyline_{:016x}", fnv1a(key)), polylines, height);
-  if (!node || node->triangles.empty()) return leave_out(place, "its polyline cannot be extruded");
-  add(place, {node->vertices, node->triangles}, true);
+  if (!node || node->triangles.empty()) return leave_out(location, "its polyline cannot be extruded");
+  add(location, {node->vertices, node->triangles}, true);
 }
 
-void LinkShapes::heights(const Place& place, const HeightGrid& grid) {
+void LinkShapes::heights(const ShapePose& location, const HeightGrid& grid) {
   if (grid.columns < 2 || grid.rows < 2 || !is_extent({grid.size.x(), grid.size.y(), 1}))
-    return leave_out(place, "a heightmap without extent");
+    return leave_out(location, "a heightmap without extent");
   const int stride = stride_of(grid.columns, grid.rows);
   if (stride > 1) {
-    note(place, fmt::format("is a heightmap of {} x {} heights, of which every {}th is used", grid.columns,
-                            grid.rows, stride));
+    note(location, fmt::format("is a heightmap of {} x {} heights, of which every {}th is used", grid.columns,
+                               grid.rows, stride));
   }
   const double first_row_y = (grid.north_first ? 0.5 : -0.5) * grid.size.y();
   Soup soup;
@@ -248,8 +248,8 @@ void LinkShapes::heights(const Place& place, const HeightGrid& grid) {
   if (first_row_y < 0)
     for (auto& triangle : soup.triangles) std::swap(triangle[1], triangle[2]);
   soup.materials.assign(soup.triangles.size(), Material::Ground);
-  append(place, place.name, Surface::Terrain, std::move(soup),
-         place.link_from_shape * Eigen::Translation3d(grid.position), false);
+  append(location, location.name, Surface::Terrain, std::move(soup),
+         location.link_from_shape * Eigen::Translation3d(grid.position), false);
 }
 
 Material material_by_colour(const std::array<double, 3>& colour) {

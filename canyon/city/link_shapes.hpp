@@ -93,7 +93,7 @@ using Extrude = std::function<std::optional<MeshNode>(const std::string& name,
 class LinkShapes {
  public:
   /// The pose of a shape, and its name.
-  struct Place {
+  struct ShapePose {
     std::string name;
     Eigen::Affine3d link_from_shape = Eigen::Affine3d::Identity();
     Material material = Material::Unknown;
@@ -104,18 +104,18 @@ class LinkShapes {
 
   // SDF's shapes about their origins, axis z [m]. Shapes without extent are omitted.
   /// @param what "a box", for the note on one without triangles
-  void solid(const Place& place, std::string_view what, const TriangleSet& set);
-  void plane(const Place& place, const Eigen::Vector3d& normal, Eigen::Vector2d size);
+  void solid(const ShapePose& location, std::string_view what, const TriangleSet& set);
+  void plane(const ShapePose& location, const Eigen::Vector3d& normal, Eigen::Vector2d size);
   /// A missing submesh omits the whole mesh, with a note.
-  void mesh(const Place& place, const MeshFile& file, const MeshUse& use);
+  void mesh(const ShapePose& location, const MeshFile& file, const MeshUse& use);
   /// The first polyline is the outline, others are its holes.
-  void polylines(const Place& place, const std::vector<Polyline>& polylines, double height,
+  void polylines(const ShapePose& location, const std::vector<Polyline>& polylines, double height,
                  const Extrude& extrude);
-  void heights(const Place& place, const HeightGrid& grid);
+  void heights(const ShapePose& location, const HeightGrid& grid);
 
   /// Notes a shape that is not added here, or another note on a shape: "'NAME' WHAT".
-  void leave_out(const Place& place, std::string_view why) const;
-  void note(const Place& place, std::string_view what) const;
+  void leave_out(const ShapePose& location, std::string_view why) const;
+  void note(const ShapePose& location, std::string_view what) const;
 
   /// All shapes [m], in the link's frame, front sides outwards: one object for each primitive, each node of a
   /// mesh, each grid, named by Place (for meshes "::node" follows) or, in files written by Canyon, with their
@@ -124,8 +124,8 @@ class LinkShapes {
 
  private:
   struct Soup;
-  void add(const Place& place, const TriangleSet& set, bool orient_it = false);
-  void append(const Place& place, const std::string& object, Surface surface, Soup soup,
+  void add(const ShapePose& location, const TriangleSet& set, bool orient_it = false);
+  void append(const ShapePose& location, const std::string& object, Surface surface, Soup soup,
               const Eigen::Affine3d& link_from_soup, bool orient_it);
 
   std::vector<std::string>& notes_;

@@ -42,12 +42,12 @@ class LinkShapesTest : public testing::Test {
  protected:
   std::vector<std::string> notes_;
   LinkShapes shapes_{notes_};
-  LinkShapes::Place place_{"house::link::wall", Affine3d::Identity(), Material::Brick};
+  LinkShapes::ShapePose position_{"house::link::wall", Affine3d::Identity(), Material::Brick};
 };
 
 TEST_F(LinkShapesTest, PrimitivesLieWhereTheyWerePut) {
-  place_.link_from_shape = Eigen::Translation3d(10, 20, 30) *
-                           Eigen::AngleAxisd(std::acos(-1) / 2, Vector3d::UnitX());  // z becomes -y
+  position_.link_from_shape = Eigen::Translation3d(10, 20, 30) *
+                              Eigen::AngleAxisd(std::acos(-1) / 2, Vector3d::UnitX());  // z becomes -y
   const auto expect = [&](const Vector3d& half) {
     const Mesh mesh = shapes_.take();
     ASSERT_EQ(mesh.objects.size(), 1U);
@@ -57,51 +57,51 @@ TEST_F(LinkShapesTest, PrimitivesLieWhereTheyWerePut) {
     EXPECT_LT((bounds_of(mesh).min() - Vector3d(10, 20, 30) + half).norm(), 1e-12) << half.transpose();
     EXPECT_LT((bounds_of(mesh).max() - Vector3d(10, 20, 30) - half).norm(), 1e-12) << half.transpose();
   };
-  shapes_.solid(place_, "a box", box_mesh({2, 4, 6}));
+  shapes_.solid(position_, "a box", box_mesh({2, 4, 6}));
   expect({1, 3, 2});
-  shapes_.solid(place_, "a cylinder", cylinder_mesh(2, 6));
+  shapes_.solid(position_, "a cylinder", cylinder_mesh(2, 6));
   expect({2, 3, 2});
-  shapes_.solid(place_, "a cone", cone_mesh(2, 6));
+  shapes_.solid(position_, "a cone", cone_mesh(2, 6));
   expect({2, 3, 2});
-  shapes_.solid(place_, "a capsule", capsule_mesh(2, 6));
+  shapes_.solid(position_, "a capsule", capsule_mesh(2, 6));
   expect({2, 5, 2});
-  shapes_.solid(place_, "a sphere", sphere_mesh(2));
+  shapes_.solid(position_, "a sphere", sphere_mesh(2));
   expect({2, 2, 2});
-  shapes_.solid(place_, "an ellipsoid", ellipsoid_mesh({1, 2, 3}));
+  shapes_.solid(position_, "an ellipsoid", ellipsoid_mesh({1, 2, 3}));
   expect({1, 3, 2});
   EXPECT_THAT(notes_, IsEmpty());
 }
 
 TEST_F(LinkShapesTest, WithoutExtentNothingIsTaken) {
   const double none = std::numeric_limits<double>::quiet_NaN();
-  shapes_.solid(place_, "a box", box_mesh({1, 0, 1}));
-  shapes_.solid(place_, "a cylinder", cylinder_mesh(1, none));
-  shapes_.solid(place_, "a cone", cone_mesh(-1, 1));
-  shapes_.solid(place_, "a capsule", capsule_mesh(1, -1));
-  shapes_.solid(place_, "a sphere", sphere_mesh(none));
-  shapes_.solid(place_, "an ellipsoid", ellipsoid_mesh({1, 1, std::numeric_limits<double>::infinity()}));
-  shapes_.plane(place_, {0, 0, 0}, {1, 1});
-  shapes_.plane(place_, {0, 0, 1}, {1, 0});
-  shapes_.mesh(place_, {{corner("a")}, false}, {{1, 0, 1}, "", false});
-  shapes_.mesh(place_, {}, {});
-  shapes_.polylines(place_, {{{0, 0}, {1, 0}}}, 2, {});
-  shapes_.heights(place_, {});
-  place_.link_from_shape = Eigen::Translation3d(1e5, 0, 0);
-  shapes_.solid(place_, "a box", box_mesh({1, 1, 1}));
+  shapes_.solid(position_, "a box", box_mesh({1, 0, 1}));
+  shapes_.solid(position_, "a cylinder", cylinder_mesh(1, none));
+  shapes_.solid(position_, "a cone", cone_mesh(-1, 1));
+  shapes_.solid(position_, "a capsule", capsule_mesh(1, -1));
+  shapes_.solid(position_, "a sphere", sphere_mesh(none));
+  shapes_.solid(position_, "an ellipsoid", ellipsoid_mesh({1, 1, std::numeric_limits<double>::infinity()}));
+  shapes_.plane(position_, {0, 0, 0}, {1, 1});
+  shapes_.plane(position_, {0, 0, 1}, {1, 0});
+  shapes_.mesh(position_, {{corner("a")}, false}, {{1, 0, 1}, "", false});
+  shapes_.mesh(position_, {}, {});
+  shapes_.polylines(position_, {{{0, 0}, {1, 0}}}, 2, {});
+  shapes_.heights(position_, {});
+  position_.link_from_shape = Eigen::Translation3d(1e5, 0, 0);
+  shapes_.solid(position_, "a box", box_mesh({1, 1, 1}));
   EXPECT_THAT(notes_, testing::Each(HasSubstr("'house::link::wall' is left out: ")));
   EXPECT_EQ(notes_.size(), 13U);
   EXPECT_TRUE(shapes_.take().triangles.empty());
 }
 
 TEST_F(LinkShapesTest, PlanesAreCut) {
-  shapes_.plane(place_, {0, 0, 5}, {1e6, 30});
+  shapes_.plane(position_, {0, 0, 5}, {1e6, 30});
   EXPECT_LT((bounds_of(shapes_.take()).sizes() - Vector3d(kLargestPlane_m, 30, 0)).norm(), 1e-9);
   EXPECT_THAT(notes_, ElementsAre("'house::link::wall' is a plane cut to 10 km about its origin"));
 }
 
 TEST_F(LinkShapesTest, TerrainByItsName) {
-  place_.name = "terrain::link::wall";
-  shapes_.solid(place_, "a box", box_mesh({1, 1, 1}));
+  position_.name = "terrain::link::wall";
+  shapes_.solid(position_, "a box", box_mesh({1, 1, 1}));
   const Mesh mesh = shapes_.take();
   EXPECT_EQ(mesh.objects.at(0).surface, Surface::Terrain);
   EXPECT_THAT(mesh.materials, testing::Each(Material::Ground));
@@ -112,7 +112,7 @@ TEST_F(LinkShapesTest, MeshesLookOutwardsHoweverTheyAreScaled) {
   for (Vector3d& v : file.nodes[1].vertices) v.x() += 5;
   for (auto& triangle : file.nodes[1].triangles) std::swap(triangle[0], triangle[1]);  // flipped inside out
   file.nodes[2].triangles.push_back({0, 1, 4});                                        // there is no vertex 4
-  shapes_.mesh(place_, file, {{-2, 3, 4}, "", false});
+  shapes_.mesh(position_, file, {{-2, 3, 4}, "", false});
   const Mesh mesh = shapes_.take();
   ASSERT_EQ(mesh.objects.size(), 2U) << "a node of two materials is one object";
   EXPECT_EQ(mesh.objects[0].name, "house::link::wall::wing");
@@ -125,23 +125,23 @@ TEST_F(LinkShapesTest, MeshesLookOutwardsHoweverTheyAreScaled) {
 TEST_F(LinkShapesTest, ASubmeshAloneAndCentred) {
   MeshFile file{{corner("wing"), corner("roof"), {"lines", {{0, 0, 0}}, {}, {}}}, false};
   for (Vector3d& v : file.nodes[1].vertices) v += Vector3d(5, 6, 7);
-  shapes_.mesh(place_, file, {Vector3d::Ones(), "roof", false});
+  shapes_.mesh(position_, file, {Vector3d::Ones(), "roof", false});
   EXPECT_LT((bounds_of(shapes_.take()).min() - Vector3d(5, 6, 7)).norm(), 1e-12);
-  shapes_.mesh(place_, file, {Vector3d(1, 1, 2), "roof", true});
+  shapes_.mesh(position_, file, {Vector3d(1, 1, 2), "roof", true});
   const auto centred = bounds_of(shapes_.take());
   EXPECT_LT((centred.min() - Vector3d(-0.5, -0.5, -1)).norm(), 1e-12);
   EXPECT_LT((centred.max() - Vector3d(0.5, 0.5, 1)).norm(), 1e-12);
   EXPECT_THAT(notes_, IsEmpty());
-  shapes_.mesh(place_, file, {Vector3d::Ones(), "cellar", true});
+  shapes_.mesh(position_, file, {Vector3d::Ones(), "cellar", true});
   EXPECT_EQ(shapes_.take().objects.size(), 2U);
   EXPECT_THAT(notes_, ElementsAre(HasSubstr("names submesh 'cellar'"), HasSubstr("has 1 submeshes without")));
 }
 
 TEST_F(LinkShapesTest, CanyonsOwnFilesKeepWhatTheySay) {
-  place_.name = "ground::link::mesh";
+  position_.name = "ground::link::mesh";
   MeshFile file{{corner("foliage:Oak 7"), corner("Tower")}, true};
   file.nodes[0].colour = material_colour(Material::Foliage);
-  shapes_.mesh(place_, file, {});
+  shapes_.mesh(position_, file, {});
   const Mesh mesh = shapes_.take();
   ASSERT_EQ(mesh.objects.size(), 2U);
   EXPECT_EQ(mesh.objects[0].name, "Oak 7");
@@ -162,14 +162,14 @@ TEST_F(LinkShapesTest, EqualPolylinesHaveOneName) {
     for (Vector3d& v : node.vertices) v.z() *= height;
     return std::optional(node);
   };
-  shapes_.polylines(place_, yard, 9, extrude);
-  shapes_.polylines(place_, yard, 9, extrude);
-  shapes_.polylines(place_, yard, 8, extrude);
+  shapes_.polylines(position_, yard, 9, extrude);
+  shapes_.polylines(position_, yard, 9, extrude);
+  shapes_.polylines(position_, yard, 8, extrude);
   EXPECT_NEAR(volume_of(shapes_.take()), (9 + 9 + 8) / 6.0, 1e-12);
   ASSERT_EQ(names.size(), 3U);
   EXPECT_EQ(names[0], names[1]);
   EXPECT_NE(names[0], names[2]);
-  shapes_.polylines(place_, yard, 9, [](auto&&...) { return std::nullopt; });
+  shapes_.polylines(position_, yard, 9, [](auto&&...) { return std::nullopt; });
   EXPECT_THAT(notes_, ElementsAre("'house::link::wall' is left out: its polyline cannot be extruded"));
 }
 
@@ -182,7 +182,7 @@ TEST_F(LinkShapesTest, RowsOfHeightsRunAsTheHostSays) {
   grid.height = [](int column, int row) { return column + 10 * row; };
   for (const bool north_first : {true, false}) {
     grid.north_first = north_first;
-    shapes_.heights(place_, grid);
+    shapes_.heights(position_, grid);
     const Mesh mesh = shapes_.take();
     EXPECT_EQ(mesh.objects.at(0).surface, Surface::Terrain);
     ASSERT_EQ(mesh.triangles.size(), 4U);
@@ -203,7 +203,7 @@ TEST_F(LinkShapesTest, FineHeightsAreThinned) {
   grid.rows = 3;
   grid.size = {100, 100};
   grid.height = [](int column, int) { return column; };
-  shapes_.heights(place_, grid);
+  shapes_.heights(position_, grid);
   const Mesh mesh = shapes_.take();
   EXPECT_EQ(mesh.triangles.size(), 2U * (kFinestHeightmap - 1));
   EXPECT_EQ(bounds_of(mesh).max().z(), grid.columns - 1) << "the last column is kept";

@@ -118,14 +118,14 @@ class TerraceMesher {
   /// One index for each position; there are at most a few dozen vertices.
   void weld() {
     std::vector<Eigen::Vector3d> unique;
-    std::vector<std::uint32_t> place;
+    std::vector<std::uint32_t> slot;
     for (const Eigen::Vector3d& v : vertices_) {
       const auto found = std::find(unique.begin(), unique.end(), v);
-      place.push_back(static_cast<std::uint32_t>(found - unique.begin()));
+      slot.push_back(static_cast<std::uint32_t>(found - unique.begin()));
       if (found == unique.end()) unique.push_back(v);
     }
     for (auto& triangle : triangles_)
-      for (std::uint32_t& index : triangle) index = place[index];
+      for (std::uint32_t& index : triangle) index = slot[index];
     vertices_ = std::move(unique);
   }
 
@@ -189,9 +189,9 @@ class Downtown {
   }
 
   /// Most buildings are low; the probability of a tall one falls with the distance from the middle.
-  double random_height(const Eigen::Vector2d& place) {
+  double random_height(const Eigen::Vector2d& point) {
     const Eigen::Vector2d from_middle =
-        (place - extent_.centre()).cwiseQuotient(0.5 * extent_.size().cwiseMax(1.0));
+        (point - extent_.centre()).cwiseQuotient(0.5 * extent_.size().cwiseMax(1.0));
     const double u = random_.uniform();
     const double central = 1 / (1 + 1.5 * from_middle.squaredNorm());
     return options_.min_height_m + (options_.max_height_m - options_.min_height_m) * central * u * u;

@@ -111,7 +111,7 @@ Visibility ChannelBank::visibility_of(const SatelliteObservation& satellite) con
 
 Followed ChannelBank::follow(const tracking::AntennaMotion& motion, const propagation::Arrival& arrival,
                              ReceiverEpoch& epoch) {
-  const bool free = arrival.placement == raytrace::Placement::Free;
+  const bool free = arrival.containment == raytrace::Containment::Free;
   Followed followed;
   epoch.satellites.reserve(arrival.views.size());
   followed.satellites.reserve(arrival.views.size());

@@ -16,12 +16,12 @@ namespace canyon::receiver {
 
 using relative::Corrections;
 
-std::shared_ptr<const Corrections> corrections_of(const ReceiverEpoch& station,
-                                                  const std::optional<Eigen::Vector3d>& place_ecef) {
-  if (!place_ecef && !station.fix.solved()) return nullptr;
+std::shared_ptr<const Corrections> corrections_of(
+    const ReceiverEpoch& station, const std::optional<Eigen::Vector3d>& antenna_position_ecef) {
+  if (!antenna_position_ecef && !station.fix.solved()) return nullptr;
   Corrections corrections;
-  corrections.moving = !place_ecef;
-  corrections.station_ecef = place_ecef.value_or(station.fix.position_ecef);
+  corrections.moving = !antenna_position_ecef;
+  corrections.station_ecef = antenna_position_ecef.value_or(station.fix.position_ecef);
   corrections.receiver_time = station.receiver_time;
   const auto add = [&](const SignalObservation& seen) {
     if (seen.measurement) corrections.observations.push_back({seen.signal, *seen.measurement});

@@ -19,11 +19,11 @@ namespace canyon::receiver {
 
 struct ReceiverEpoch;
 
-/// An epoch as corrections of a station; null if it measured nothing. @param place_ecef reported position of
-/// its antenna [m]; empty: the station moves, and reports its own fix of the epoch; without a fix it sends
-/// nothing
+/// An epoch as corrections of a station; null if it measured nothing. @param antenna_position_ecef reported
+/// position of its antenna [m]; empty: the station moves, and reports its own fix of the epoch; without a fix
+/// it sends nothing
 [[nodiscard]] std::shared_ptr<const relative::Corrections> corrections_of(
-    const ReceiverEpoch& station, const std::optional<Eigen::Vector3d>& place_ecef);
+    const ReceiverEpoch& station, const std::optional<Eigen::Vector3d>& antenna_position_ecef);
 
 /// Corrections of pseudoranges by the latest epoch of a reference station: the range of a signal by the
 /// station's position and the ephemerides, minus the measured one. They remove the errors of orbits,

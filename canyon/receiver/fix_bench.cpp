@@ -38,7 +38,7 @@ std::vector<propagation::SatelliteView> views(std::size_t most) {
 }
 
 ReceiverEpoch epoch(Receiver& receiver, const std::vector<propagation::SatelliteView>& seen) {
-  propagation::Arrival arrival{raytrace::Placement::Free, seen, kFrame.ecef_from_local_rotation()};
+  propagation::Arrival arrival{raytrace::Containment::Free, seen, kFrame.ecef_from_local_rotation()};
   return receiver.observe(
       {{kTime, kFrame.ecef_from_local({0, 0, 0}), Eigen::Vector3d::Zero()}, arrival, sky(), {}});
 }

@@ -15,16 +15,16 @@ MeasurementModel::MeasurementModel(const ReceiverOptions& options, std::uint64_t
       noise_sigma_m_(options.stated_noise_m()),
       noise_doppler_sigma_hz_(options.noise.enabled ? options.noise.doppler_sigma_hz : 0) {}
 
-void MeasurementModel::place(Instant& at, const Eigen::Vector3d& antenna_ecef) const {
-  at.place = geodesy::geodetic_from_ecef(antenna_ecef);
+void MeasurementModel::set_geometry(Instant& at, const Eigen::Vector3d& antenna_ecef) const {
+  at.position = geodesy::geodetic_from_ecef(antenna_ecef);
   if (!options_.ionosphere && !options_.troposphere) return;
   const auto beside = [&](double dt_s) {
     ShiftedAntenna result;
     result.dt_s = dt_s;
     result.antenna_ecef = antenna_ecef + at.motion.velocity_ecef * dt_s;
-    result.place = geodesy::geodetic_from_ecef(result.antenna_ecef);
-    result.enu_from_ecef = geodesy::enu_from_ecef_rotation(result.place);
-    result.zenith_m = errors::saastamoinen_zenith_m(result.place);
+    result.position = geodesy::geodetic_from_ecef(result.antenna_ecef);
+    result.enu_from_ecef = geodesy::enu_from_ecef_rotation(result.position);
+    result.zenith_m = errors::saastamoinen_zenith_m(result.position);
     return result;
   };
   at.before = beside(-0.5);
@@ -97,7 +97,7 @@ positioning::Measurement MeasurementModel::measure(const Instant& at, const prop
                    &signal,
                    m.carrier_frequency_hz,
                    at.time,
-                   at.place,
+                   at.position,
                    at.clock,
                    observation.excess_m,
                    phase != nullptr ? phase->excess_m : 0,
@@ -133,7 +133,7 @@ double MeasurementModel::ionosphere_model_m(const Instant& at, const orbit::Line
                 line.id,
                 gnss::kL1_hz,
                 at.time,
-                at.place,
+                at.position,
                 {line.azimuth_rad, line.elevation_rad}})
       .code;
 }

@@ -17,7 +17,7 @@ struct Instant {
   geodesy::GpsTime time;
   ClockReading clock;
   tracking::AntennaMotion motion;
-  geodesy::Geodetic place;
+  geodesy::Geodetic position;
   const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
   ShiftedAntenna before, after;  ///< by half a second, if the signals have delays of the atmosphere
 };
@@ -30,7 +30,7 @@ class MeasurementModel {
   MeasurementModel(const ReceiverOptions& options, std::uint64_t seed);
 
   /// Sets the antenna's position of an epoch, and the inputs of the atmosphere's rates.
-  void place(Instant& at, const Eigen::Vector3d& antenna_ecef) const;
+  void set_geometry(Instant& at, const Eigen::Vector3d& antenna_ecef) const;
   /// The measurement of a tracked signal; sets the terms of its pseudorange in `observation`.
   /// @param reception of its channel; null if signals have no strength
   /// @param loops errors of its channel's loops

@@ -128,7 +128,7 @@ struct Receiver::State {
     restart_as(epoch.events.restart, at.motion);
     at.clock = {clock.bias_s() + epoch.events.clock_bias_s, clock.drift() + epoch.events.clock_drift};
     at.motion.interference = channels.receive(context.arrival.interference);
-    measuring.place(at, context.antenna.position_ecef);
+    measuring.set_geometry(at, context.antenna.position_ecef);
     at.klobuchar = &context.klobuchar;
     epoch.clock_bias_s = at.clock.bias_s;
     epoch.clock_drift = at.clock.drift;
@@ -187,7 +187,7 @@ struct Receiver::State {
     std::sort(epoch.satellites.begin(), epoch.satellites.end(),
               [](const SatelliteObservation& a, const SatelliteObservation& b) { return a.id < b.id; });
     channels.miss_all_but(epoch.satellites, at.time);
-    if (context.arrival.placement == raytrace::Placement::Free)
+    if (context.arrival.containment == raytrace::Containment::Free)
       epoch.fix = solver.solve(epoch.receiver_time, measured, sky, context.klobuchar);
     else
       epoch.fix = solver.without_signal();

@@ -18,7 +18,7 @@ using propagation::PathKind;
 using propagation::SatelliteView;
 using propagation::Visibility;
 
-const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
+const geodesy::Geodetic kPosition = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
 const geodesy::GpsTime kTime = geodesy::GpsTime::from_week(2100, 43'200);
 
 /// 50 satellites spread over the sky, at elevations of 5 to 85 degrees.
@@ -29,7 +29,7 @@ const orbit::FrozenSky& sky() {
       azimuths.push_back(2.399963 * i);  // the golden angle
       elevations.push_back(geodesy::radians(5 + 80 * (i + 0.5) / 50));
     }
-    return orbit::FrozenSky(kPlace, azimuths, elevations);
+    return orbit::FrozenSky(kPosition, azimuths, elevations);
   }();
   return result;
 }
@@ -57,7 +57,7 @@ std::vector<SatelliteView> street(int paths, int k) {
   std::vector<SatelliteView> views;
   for (const gnss::SatelliteId id : sky().satellites()) {
     SatelliteView view;
-    view.line = *orbit::line_of_sight(sky(), id, kTime + 1.0 * k, geodesy::ecef_from_geodetic(kPlace));
+    view.line = *orbit::line_of_sight(sky(), id, kTime + 1.0 * k, geodesy::ecef_from_geodetic(kPosition));
     const bool direct = id.number % 2 == 0;
     if (direct) {
       Path path;
@@ -84,12 +84,13 @@ void epoch_of_50_satellites(benchmark::State& state) {
   // No satellite is above it: the fix has no work, but all channels do.
   if (state.range(2) == 0) options.fix.elevation_mask_rad = geodesy::radians(89);
   Receiver receiver(options, 1);
-  const Eigen::Matrix3d ecef_from_enu = geodesy::LocalFrame(kPlace).ecef_from_local_rotation();
+  const Eigen::Matrix3d ecef_from_enu = geodesy::LocalFrame(kPosition).ecef_from_local_rotation();
   std::vector<propagation::Arrival> drive;
   for (int k = 0; k < 10; ++k) {
-    drive.push_back({raytrace::Placement::Free, street(static_cast<int>(state.range(0)), k), ecef_from_enu});
+    drive.push_back(
+        {raytrace::Containment::Free, street(static_cast<int>(state.range(0)), k), ecef_from_enu});
   }
-  const Eigen::Vector3d start = geodesy::ecef_from_geodetic(kPlace);
+  const Eigen::Vector3d start = geodesy::ecef_from_geodetic(kPosition);
   const Eigen::Vector3d velocity = ecef_from_enu * Eigen::Vector3d(8, 6, 0);
   std::int64_t k = 0;
   for (auto _ : state) {

@@ -106,7 +106,7 @@ TEST_F(EffectiveCn0, FollowsJammerToSignalRatio) {
   };
   // G04, of a block that sends all of these.
   const double high = geodesy::radians(40);
-  const orbit::FrozenSky sky(kPlace, {0, 0, 0, 0}, {high, high, high, high});
+  const orbit::FrozenSky sky(kPosition, {0, 0, 0, 0}, {high, high, high, high});
   options.signal.antenna = signal::AntennaPattern("both", {{0, 0, 0}}, {{0, 0, 0}});
   for (const Case& c : cases) {
     options.tracks = {c.signal};
@@ -230,7 +230,7 @@ TEST(ReceiverInterference, OfSystemsThatAreNotThere) {
 // filter is the effect. By Razavi's formula as written here.
 TEST(ReceiverInterference, AStrongJammerSaturatesTheFrontEnd) {
   const double high = geodesy::radians(40);
-  const orbit::FrozenSky sky(kPlace, {0, 1.5, 3, 4.5}, {high, high, high, high});
+  const orbit::FrozenSky sky(kPosition, {0, 1.5, 3, 4.5}, {high, high, high, high});
   ReceiverOptions options = plain();
   options.tracks = {"L1CA", "L5"};
   options.signal.antenna = signal::AntennaPattern("both", {{0, 0, 0}}, {{0, 0, 0}});
@@ -306,32 +306,32 @@ TEST(ReceiverInterference, ADriveByAJammer) {
   bool lost = false, found_again = false;
   double most_db = 0, shadow_db = 1e9;
   for (int t = 0; t <= 160; ++t) {
-    const Eigen::Vector3d place(-1500.0 + 20 * t, 0, 0);  // 20 m/s eastwards
-    const Eigen::Vector3d antenna = kFrame.ecef_from_local(place);
+    const Eigen::Vector3d point(-1500.0 + 20 * t, 0, 0);  // 20 m/s eastwards
+    const Eigen::Vector3d antenna = kFrame.ecef_from_local(point);
     propagation::Arrival arrival;
     arrival.views = open_sky(one_satellite(), kTime + 1.0 * t, antenna);
     arrival.ecef_from_enu = kEcefFromEnu;
-    arrival.antenna_enu = place;
+    arrival.antenna_enu = point;
     const propagation::Antenna moving{kTime + 1.0 * t, antenna, kEcefFromEnu * Eigen::Vector3d(20, 0, 0)};
     jamming.apply(moving, arrival);
     const SatelliteObservation seen =
         receiver.observe({moving, arrival, one_satellite(), {}}).satellites.front();
-    const double far_m = (place - Eigen::Vector3d(100, 40, 0)).norm();
+    const double far_m = (point - Eigen::Vector3d(100, 40, 0)).norm();
     const double over_noise = 10 - 30 - 20 * std::log10(4 * kPi * far_m / kWavelength_m) - kNoise;
     const double free_db = 10 * std::log10(1 + std::pow(10, over_noise / 10) * share / 20e6);
     const double loss_db = clear_cn0_dbhz() - *seen.cn0_dbhz;
     // The path crosses the house at its wall nearer to the road than to the jammer.
-    const double crossing_m = place.x() + (100 - place.x()) * 22.5 / 40;
+    const double crossing_m = point.x() + (100 - point.x()) * 22.5 / 40;
     if (crossing_m > 65 && crossing_m < 135) {
       shadow_db = std::min(shadow_db, loss_db);
-      EXPECT_LT(loss_db, free_db - 10) << place.x();
+      EXPECT_LT(loss_db, free_db - 10) << point.x();
     } else if (crossing_m < 40 || crossing_m > 160) {
-      EXPECT_NEAR(loss_db, free_db, 0.5) << place.x();
+      EXPECT_NEAR(loss_db, free_db, 0.5) << point.x();
       most_db = std::max(most_db, loss_db);
     }
     if (loss_db > 31) lost = true;
-    if (lost && seen.lock == tracking::LockState::Tracking && place.x() > 300) found_again = true;
-    EXPECT_FALSE(loss_db > 31 && seen.lock == tracking::LockState::Tracking) << place.x();
+    if (lost && seen.lock == tracking::LockState::Tracking && point.x() > 300) found_again = true;
+    EXPECT_FALSE(loss_db > 31 && seen.lock == tracking::LockState::Tracking) << point.x();
   }
   std::printf("most loss in sight %.1f dB, least behind the house %.1f dB\n", most_db, shadow_db);
   EXPECT_TRUE(lost);

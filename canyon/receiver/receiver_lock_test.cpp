@@ -13,7 +13,7 @@ namespace {
 
 using namespace canyon::test;
 using geodesy::kPi;
-using raytrace::Placement;
+using raytrace::Containment;
 
 /// Lock states every `step_s` for 12 s; the wall exists from 5 s until before 8 s.
 std::vector<tracking::LockState> states_behind_a_wall(double step_s) {
@@ -88,7 +88,7 @@ TEST(ReceiverLock, InsideABuildingTheLockIsLost) {
   EXPECT_EQ(observe_one(receiver, 0, clear).lock, tracking::LockState::Tracking);
   const std::vector<SatelliteView> views = open_sky(one_satellite(), kTime + 10.0, kAntenna);
   const ReceiverEpoch inside = observe_views(receiver, kTime + 10.0, kAntenna, kAtRest, views, kEcefFromEnu,
-                                             Placement::InsideBuilding, one_satellite());
+                                             Containment::InsideBuilding, one_satellite());
   EXPECT_EQ(inside.fix.status, positioning::FixStatus::NoSignal);
   EXPECT_EQ(inside.satellites.front().lock, tracking::LockState::Searching);
   EXPECT_EQ(inside.satellites.front().visibility, Visibility::Blocked);

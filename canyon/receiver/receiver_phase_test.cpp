@@ -14,7 +14,7 @@ namespace {
 
 using namespace canyon::test;
 using geodesy::kPi;
-using raytrace::Placement;
+using raytrace::Containment;
 
 // Noise-free in line of sight: (pseudorange - c tgd) / wavelength is the phase plus an integer, which is
 // constant while locked, with moving satellites, antenna and clock.
@@ -63,7 +63,7 @@ TEST(ReceiverPhase, IonosphereAdvancesThePhase) {
     options.ionosphere = ionosphere;
     options.troposphere = troposphere;
     Receiver receiver(options, 1);
-    return *observe_views(receiver, kTime, kAntenna, kAtRest, views, kEcefFromEnu, Placement::Free,
+    return *observe_views(receiver, kTime, kAntenna, kAtRest, views, kEcefFromEnu, Containment::Free,
                           one_satellite(), klobuchar)
                 .satellites.front()
                 .measurement;

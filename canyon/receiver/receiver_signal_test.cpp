@@ -17,7 +17,7 @@ namespace {
 
 using namespace canyon::test;
 using geodesy::kPi;
-using raytrace::Placement;
+using raytrace::Containment;
 
 TEST(ReceiverSignal, ClearSkyHasTheLinkBudgetsStrengthAndNoError) {
   Receiver receiver(plain(), 1);

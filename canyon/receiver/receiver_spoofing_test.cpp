@@ -385,7 +385,7 @@ TEST(ReceiverSpoofing, ReceiversNoticeAJumpOfTheirClock) {
   ReceiverEpoch epoch;
   epoch.fix.status = positioning::FixStatus::Fix;
   epoch.fix.position_ecef = kAntenna;
-  epoch.fix.position = kPlace;
+  epoch.fix.position = kPosition;
   epoch.fix.velocity_enu_mps = Eigen::Vector3d(10, 0, 0);
   epoch.fix.clock_drift = 1e-6;
   for (int t = 0; t < 20; ++t) {

@@ -31,11 +31,11 @@ using propagation::Path;
 using propagation::PathKind;
 using propagation::SatelliteView;
 using propagation::Visibility;
-using raytrace::Placement;
+using raytrace::Containment;
 using test::CircularSky;
 
-const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
-const geodesy::LocalFrame kFrame(kPlace);
+const geodesy::Geodetic kPosition = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
+const geodesy::LocalFrame kFrame(kPosition);
 const Eigen::Matrix3d kEcefFromEnu = kFrame.ecef_from_local_rotation();
 constexpr GpsTime kTime = CircularSky::kEpoch + std::chrono::hours(5);
 const Eigen::Vector3d kAtRest = Eigen::Vector3d::Zero();
@@ -95,7 +95,7 @@ const SatelliteObservation* find(const ReceiverEpoch& epoch, gnss::SatelliteId i
 ReceiverEpoch observe_open_sky(Receiver& receiver, const orbit::Sky& sky, GpsTime time,
                                const Eigen::Vector3d& antenna, const Eigen::Vector3d& velocity = kAtRest) {
   return test::observe_views(receiver, time, antenna, velocity, open_sky(sky, time, antenna), kEcefFromEnu,
-                             Placement::Free, sky);
+                             Containment::Free, sky);
 }
 
 const CircularSky& four_systems() {
@@ -164,7 +164,7 @@ TEST(Receiver, PseudorangeIsTheMeasurementEquation) {
   const Eigen::Vector3d antenna = kFrame.ecef_from_local({5, 6, 7});
   const std::vector<SatelliteView> views = open_sky(four_systems(), kTime, antenna);
   const ReceiverEpoch epoch = test::observe_views(receiver, kTime, antenna, kAtRest, views, kEcefFromEnu,
-                                                  Placement::Free, four_systems());
+                                                  Containment::Free, four_systems());
   for (const SatelliteView& view : views) {
     const SatelliteObservation* seen = find(epoch, view.line.id);
     ASSERT_NE(seen, nullptr);
@@ -197,7 +197,7 @@ double worst_doppler_difference(const std::function<Eigen::Vector3d(double)>& an
     std::vector<SatelliteView> views = open_sky(four_systems(), kTime + t, ecef);
     for (SatelliteView& view : views) arrange(view, antenna(t));
     epochs.push_back(test::observe_views(receiver, kTime + t, ecef, velocity, views, kEcefFromEnu,
-                                         Placement::Free, four_systems()));
+                                         Containment::Free, four_systems()));
   }
   double worst = 0;
   int compared = 0;
@@ -270,7 +270,7 @@ TEST(Receiver, ReflectedDopplerHasTheSignOfTheDirectionOfArrival) {
     const Eigen::Vector3d velocity = kEcefFromEnu * (-speed * towards);
     const std::vector<SatelliteView> one{view};
     return *test::observe_views(receiver, kTime, kFrame.ecef_from_local(antenna), velocity, one, kEcefFromEnu,
-                                Placement::Free, four_systems())
+                                Containment::Free, four_systems())
                 .satellites.front()
                 .measurement->doppler_hz;
   };
@@ -286,7 +286,7 @@ TEST(Receiver, ExcessPathIsAddedAndSaid) {
   std::vector<SatelliteView> views = open_sky(four_systems(), kTime, ecef);
   Receiver clear_receiver(quiet(), 1);
   const ReceiverEpoch clear = test::observe_views(clear_receiver, kTime, ecef, kAtRest, views, kEcefFromEnu,
-                                                  Placement::Free, four_systems());
+                                                  Containment::Free, four_systems());
   const Eigen::Vector3d normal = Eigen::Vector3d::UnitX();
   std::size_t chosen = 0;
   while (views[chosen].line.elevation_rad < 0.3 ||
@@ -296,7 +296,7 @@ TEST(Receiver, ExcessPathIsAddedAndSaid) {
   reflect(views[chosen], antenna, antenna - 25 * normal, normal);
   Receiver receiver(quiet(), 1);
   const ReceiverEpoch epoch = test::observe_views(receiver, kTime, ecef, kAtRest, views, kEcefFromEnu,
-                                                  Placement::Free, four_systems());
+                                                  Containment::Free, four_systems());
   const double excess = views[chosen].paths.paths.front().excess_m;
   EXPECT_GT(excess, 9);
   const SatelliteObservation* before = find(clear, views[chosen].line.id);
@@ -316,7 +316,7 @@ TEST(Receiver, MaskAndVisibilityAreCounted) {
   options.fix.elevation_mask_rad = geodesy::radians(25);
   Receiver receiver(options, 1);
   const ReceiverEpoch epoch = test::observe_views(receiver, kTime, ecef, kAtRest, views, kEcefFromEnu,
-                                                  Placement::Free, four_systems());
+                                                  Containment::Free, four_systems());
   ASSERT_EQ(epoch.satellites.size(), views.size());
   int visible = 0, blocked = 0, measured = 0, used = 0, below = 0;
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -342,12 +342,12 @@ TEST(Receiver, MaskAndVisibilityAreCounted) {
 }
 
 TEST(Receiver, InsideABuildingNothingIsReceived) {
-  for (const Placement placement : {Placement::InsideBuilding, Placement::UnderTerrain}) {
+  for (const Containment containment : {Containment::InsideBuilding, Containment::UnderTerrain}) {
     const Eigen::Vector3d ecef = kFrame.ecef_from_local({0, 0, 0});
     const std::vector<SatelliteView> views = open_sky(four_systems(), kTime, ecef);
     Receiver receiver(ReceiverOptions{}, 1);
     const ReceiverEpoch epoch =
-        test::observe_views(receiver, kTime, ecef, kAtRest, views, kEcefFromEnu, placement, four_systems());
+        test::observe_views(receiver, kTime, ecef, kAtRest, views, kEcefFromEnu, containment, four_systems());
     EXPECT_EQ(epoch.fix.status, positioning::FixStatus::NoSignal);
     EXPECT_EQ(name(epoch.fix.status), "no fix");
     EXPECT_TRUE(std::isnan(epoch.fix.position.latitude_rad));
@@ -368,7 +368,7 @@ TEST(Receiver, BlockedSkyIsNoFix) {
   for (SatelliteView& view : views) block(view);
   Receiver receiver(ReceiverOptions{}, 1);
   const ReceiverEpoch epoch = test::observe_views(receiver, kTime, ecef, kAtRest, views, kEcefFromEnu,
-                                                  Placement::Free, four_systems());
+                                                  Containment::Free, four_systems());
   EXPECT_EQ(epoch.fix.status, positioning::FixStatus::TooFewSatellites);
   EXPECT_TRUE(epoch.fix.position_ecef.array().isNaN().all());
   EXPECT_EQ(epoch.visible, 0);
@@ -420,7 +420,7 @@ TEST(Receiver, ErrorsOfSpaceAreSharedByBandsAndReceivers) {
   std::vector<SatelliteView> views = open_sky(four_systems(), kTime, ecef);
   for (SatelliteView& view : views) view.space = {0.1 * view.line.id.number, 5.0 + view.line.id.number, 3};
   const auto observe = [&](Receiver& receiver) {
-    return test::observe_views(receiver, kTime, ecef, kAtRest, views, kEcefFromEnu, Placement::Free,
+    return test::observe_views(receiver, kTime, ecef, kAtRest, views, kEcefFromEnu, Containment::Free,
                                four_systems(), kKlobuchar);
   };
   const ReceiverEpoch a = observe(one), b = observe(other);
@@ -458,10 +458,10 @@ TEST(Receiver, EverySatelliteHasItsOwnStream) {
     const GpsTime time = kTime + 1.0 * i;
     std::vector<SatelliteView> views = open_sky(four_systems(), time, ecef);
     const ReceiverEpoch ea =
-        test::observe_views(all, time, ecef, kAtRest, views, kEcefFromEnu, Placement::Free, four_systems());
+        test::observe_views(all, time, ecef, kAtRest, views, kEcefFromEnu, Containment::Free, four_systems());
     for (std::size_t k = 0; k < views.size(); k += 2) block(views[k]);
-    const ReceiverEpoch eb =
-        test::observe_views(some, time, ecef, kAtRest, views, kEcefFromEnu, Placement::Free, four_systems());
+    const ReceiverEpoch eb = test::observe_views(some, time, ecef, kAtRest, views, kEcefFromEnu,
+                                                 Containment::Free, four_systems());
     for (const SatelliteObservation& seen : eb.satellites) {
       if (!seen.measurement) continue;
       EXPECT_EQ(seen.noise_m, find(ea, seen.id)->noise_m);
@@ -478,8 +478,8 @@ NoiseStatistics noise_statistics(int rate_hz, double seconds) {
   options.noise.ou.theta_per_s = 0.5;
   options.noise.ou.sigma_m_per_sqrt_s = 2;  // stationary deviation 2 m
   Receiver receiver(options, 3);
-  const orbit::FrozenSky sky(kPlace, {0, 1, 2, 3, 4, 5}, {0.5, 1.2, 0.7, 0.4, 0.9, 0.6});
-  const Eigen::Vector3d ecef = geodesy::ecef_from_geodetic(kPlace);
+  const orbit::FrozenSky sky(kPosition, {0, 1, 2, 3, 4, 5}, {0.5, 1.2, 0.7, 0.4, 0.9, 0.6});
+  const Eigen::Vector3d ecef = geodesy::ecef_from_geodetic(kPosition);
   const std::vector<SatelliteView> views = open_sky(sky, kTime, ecef);
   NoiseStatistics statistics;
   std::vector<double> last;
@@ -487,7 +487,7 @@ NoiseStatistics noise_statistics(int rate_hz, double seconds) {
   for (int i = 0; i <= static_cast<int>(seconds * rate_hz); ++i) {
     const GpsTime time = kTime + static_cast<double>(i) / rate_hz;
     const ReceiverEpoch epoch =
-        test::observe_views(receiver, time, ecef, kAtRest, views, kEcefFromEnu, Placement::Free, sky);
+        test::observe_views(receiver, time, ecef, kAtRest, views, kEcefFromEnu, Containment::Free, sky);
     if (i % rate_hz != 0) continue;
     std::vector<double> now;
     for (const SatelliteObservation& seen : epoch.satellites) now.push_back(seen.noise_m);
@@ -570,7 +570,7 @@ TEST(Receiver, MeansDriftWhenSlowOrWithoutLineOfSight) {
   }
   Receiver losing(options, 1);
   const ReceiverEpoch epoch =
-      test::observe_views(losing, kTime, ecef, fast, views, kEcefFromEnu, Placement::Free, four_systems());
+      test::observe_views(losing, kTime, ecef, fast, views, kEcefFromEnu, Containment::Free, four_systems());
   for (const SatelliteObservation& seen : epoch.satellites) {
     if (!seen.measurement) continue;
     EXPECT_NE(seen.noise_m, 0);
@@ -591,7 +591,7 @@ TEST(Receiver, CovarianceStatesTheNoise) {
   const std::vector<SatelliteView> views = open_sky(four_systems(), kTime, ecef);
   for (int i = 0; i < kRuns; ++i) {
     Receiver fresh(options, static_cast<std::uint64_t>(i));
-    epoch = test::observe_views(fresh, kTime, ecef, kAtRest, views, kEcefFromEnu, Placement::Free,
+    epoch = test::observe_views(fresh, kTime, ecef, kAtRest, views, kEcefFromEnu, Containment::Free,
                                 four_systems());
     ASSERT_TRUE(epoch.fix.solved() && epoch.fix.velocity_enu_mps);
     const Eigen::Vector3d error = enu_from_ecef * (epoch.fix.position_ecef - ecef);
@@ -623,7 +623,7 @@ TEST(ReceiverAtmosphere, DelaysAreInTheSignalAndTheFixTakesThemOff) {
       options.fix.correct_ionosphere = in_fix && ionosphere;
       options.fix.correct_troposphere = in_fix && troposphere;
       Receiver receiver(options, 1);
-      return test::observe_views(receiver, kTime, ecef, kAtRest, views, kEcefFromEnu, Placement::Free,
+      return test::observe_views(receiver, kTime, ecef, kAtRest, views, kEcefFromEnu, Containment::Free,
                                  four_systems(), kKlobuchar);
     };
     const ReceiverEpoch none = run(false, false);
@@ -639,10 +639,10 @@ TEST(ReceiverAtmosphere, DelaysAreInTheSignalAndTheFixTakesThemOff) {
       const auto& view = views[i].line;
       double delay = 0;
       if (ionosphere) {
-        delay += errors::klobuchar_delay_m(kKlobuchar.at(System::GPS), kTime, kPlace, view.azimuth_rad,
+        delay += errors::klobuchar_delay_m(kKlobuchar.at(System::GPS), kTime, kPosition, view.azimuth_rad,
                                            view.elevation_rad, view.state.carrier_frequency_hz);
       }
-      if (troposphere) delay += errors::saastamoinen_delay_m(kPlace, view.elevation_rad);
+      if (troposphere) delay += errors::saastamoinen_delay_m(kPosition, view.elevation_rad);
       EXPECT_GT(delay, 1);
       const double added = signal_only.satellites[i].measurement->pseudorange_m -
                            none.satellites[i].measurement->pseudorange_m;
@@ -672,7 +672,7 @@ TEST(Receiver, RefusesPosesAndTimesThatAreNone) {
   const auto observe = [&](GpsTime time, const Eigen::Vector3d& antenna, const Eigen::Vector3d& velocity) {
     return test::refusal([&] {
       static_cast<void>(test::observe_views(receiver, time, antenna, velocity, views, kEcefFromEnu,
-                                            Placement::Free, four_systems()));
+                                            Containment::Free, four_systems()));
     });
   };
   EXPECT_THAT(observe(kTime, {ecef.x(), nan, ecef.z()}, kAtRest),

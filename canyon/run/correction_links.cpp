@@ -23,11 +23,11 @@ CorrectionLinks::Node& CorrectionLinks::node(std::size_t receiver) {
   return nodes_[receiver];
 }
 
-void CorrectionLinks::connect(std::size_t rover, std::size_t base, bool states_place,
+void CorrectionLinks::connect(std::size_t rover, std::size_t base, bool reports_true_position,
                               const receiver::ReceiverOptions& options, std::uint64_t seed) {
   Node& of = node(rover) = {};
   of.base = base;
-  of.states_place = states_place;
+  of.reports_true_position = reports_true_position;
   of.link.emplace(options.corrections, seed, options.name);
   if (options.corrections.virtual_station) of.station.emplace();
 }
@@ -81,9 +81,9 @@ void CorrectionLinks::make_epochs(std::span<const DueEpoch> due, bool parallel, 
 
 void CorrectionLinks::send(std::size_t receiver, const Epoch& epoch) {
   Node& from = node(receiver);
-  from.place_ecef = epoch.truth_ecef;
+  from.antenna_position_ecef = epoch.truth_ecef;
   if (epoch.observed.fix.solved()) from.reported_ecef = epoch.observed.fix.position_ecef;
-  std::array<std::shared_ptr<const relative::Corrections>, 2> shared;  // [states_place]
+  std::array<std::shared_ptr<const relative::Corrections>, 2> shared;  // [reports_true_position]
   for (Node& to : nodes_) {
     if (to.base != receiver) continue;
     std::optional<Epoch> moved;
@@ -93,13 +93,13 @@ void CorrectionLinks::send(std::size_t receiver, const Epoch& epoch) {
       if (!moved) continue;
     }
     std::shared_ptr<const relative::Corrections> own;
-    auto& sent = moved ? own : shared[to.states_place ? 1 : 0];
+    auto& sent = moved ? own : shared[to.reports_true_position ? 1 : 0];
     if (!sent) {
       const Epoch& base = moved ? *moved : epoch;
-      sent = receiver::corrections_of(base.observed,
-                                      to.states_place ? std::optional(base.truth_ecef) : std::nullopt);
+      sent = receiver::corrections_of(
+          base.observed, to.reports_true_position ? std::optional(base.truth_ecef) : std::nullopt);
     }
-    if (sent) to.link->send(epoch.observed.time, sent, to.place_ecef);
+    if (sent) to.link->send(epoch.observed.time, sent, to.antenna_position_ecef);
   }
 }
 

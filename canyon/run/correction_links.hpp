@@ -30,9 +30,9 @@ class CorrectionLinks {
   CorrectionLinks(const std::vector<ReceiverConfig>& receivers, std::uint64_t seed);
 
   /// From now on `rover` receives the corrections of `base` only.
-  /// @param states_place true: the base reports its true position; false: its fix of each epoch
+  /// @param reports_true_position true: the base reports its true position; false: its fix of each epoch
   /// @param options of the rover @param seed of the link's jitter and losses
-  void connect(std::size_t rover, std::size_t base, bool states_place,
+  void connect(std::size_t rover, std::size_t base, bool reports_true_position,
                const receiver::ReceiverOptions& options, std::uint64_t seed);
   /// The receiver gets no corrections any more.
   void disconnect(std::size_t rover);
@@ -54,11 +54,11 @@ class CorrectionLinks {
   /// A receiver, and the corrections in transit to it.
   struct Node {
     std::optional<std::size_t> base;
-    bool states_place = false;
+    bool reports_true_position = false;
     std::optional<relative::CorrectionLink> link;
-    std::optional<VirtualStation> station;         // if it uses one
-    std::optional<Eigen::Vector3d> place_ecef;     // of its latest epoch [m]
-    std::optional<Eigen::Vector3d> reported_ecef;  // its latest fix [m]
+    std::optional<VirtualStation> station;                 // if it uses one
+    std::optional<Eigen::Vector3d> antenna_position_ecef;  // of its latest epoch [m]
+    std::optional<Eigen::Vector3d> reported_ecef;          // its latest fix [m]
   };
   Node& node(std::size_t receiver);
   void send(std::size_t receiver, const Epoch& epoch);

@@ -224,7 +224,7 @@ TEST(Corrections, EchoesAtTheBaseAreNotAWrongPlace) {
   const geodesy::GpsTime now = geodesy::GpsTime::from_week(2421, 100000);
   const BuiltSky sky = build_sky(nominal, now, now, {});
   const geodesy::LocalFrame frame(geodesy::Geodetic::from_degrees(48, 11, 500));
-  const Eigen::Vector3d place = frame.ecef_from_local({0, 0, 10});
+  const Eigen::Vector3d point = frame.ecef_from_local({0, 0, 10});
   positioning::FixOptions fix;
   fix.correct_ionosphere = fix.correct_troposphere = false;
   const auto offset_m = [&](const Eigen::Vector3d& stated_off) {
@@ -233,7 +233,7 @@ TEST(Corrections, EchoesAtTheBaseAreNotAWrongPlace) {
     epoch.station_ecef = frame.ecef_from_local(Eigen::Vector3d(0, 0, 10) + stated_off);
     int echoes = 0, count = 0;
     for (const gnss::SatelliteId id : sky.sky->satellites()) {
-      const auto line = orbit::line_of_sight(*sky.sky, id, now, place);
+      const auto line = orbit::line_of_sight(*sky.sky, id, now, point);
       if (!line || line->elevation_rad < 0.3) continue;
       const double echo_m = ++count % 5 == 0 ? 250 : 0;
       echoes += echo_m > 0;

@@ -79,11 +79,11 @@ propagation::Arrival make_arrival(const orbit::Sky& sky, std::span<const gnss::S
   propagation::Arrival arrival;
   arrival.ecef_from_enu = standpoint.ecef_from_enu;
   arrival.antenna_enu = standpoint.antenna_enu;
-  arrival.placement = scene.placement(arrival.antenna_enu);
-  if (arrival.placement == raytrace::Placement::UnderTerrain) {
+  arrival.containment = scene.containment(arrival.antenna_enu);
+  if (arrival.containment == raytrace::Containment::UnderTerrain) {
     if (const auto lifted = lifted_onto_terrain(scene, arrival.antenna_enu)) {
       arrival.antenna_enu = *lifted;
-      arrival.placement = scene.placement(arrival.antenna_enu);
+      arrival.containment = scene.containment(arrival.antenna_enu);
     }
   }
   arrival.height_above_ground_m = scene.height_above_ground(arrival.antenna_enu);
@@ -96,7 +96,7 @@ propagation::Arrival make_arrival(const orbit::Sky& sky, std::span<const gnss::S
     if (!line || !(line->elevation_rad > 0)) continue;
     arrival.views.push_back({*std::move(line), {}});
   }
-  for (const raytrace::PlacedInstance& instance : scene.placed_instances()) {
+  for (const raytrace::PosedInstance& instance : scene.posed_instances()) {
     propagation::Body body = propagation::body_of(instance);
     if ((body.centre - standpoint.antenna_enu.head<2>()).norm() < kNear_m) arrival.bodies.push_back(body);
   }
@@ -108,7 +108,7 @@ Tracer tracer_of(const propagation::Propagator& propagator) {
 }
 
 void add_paths(propagation::Arrival& arrival, const Tracer& trace) {
-  if (arrival.placement != raytrace::Placement::Free) return;
+  if (arrival.containment != raytrace::Containment::Free) return;
   std::vector<Eigen::Vector3d> directions;
   directions.reserve(arrival.views.size());
   for (const propagation::SatelliteView& view : arrival.views)

@@ -50,7 +50,7 @@ TEST(Environment, CastsRaysWhereTheSatellitesStand) {
   const Environment environment(one_building(), sky());
   const auto propagator = environment.make_propagator({});
   const propagation::Arrival arrival = environment.arrival(kTime, {0, 0, 2}, propagator);
-  EXPECT_EQ(arrival.placement, raytrace::Placement::Free);
+  EXPECT_EQ(arrival.containment, raytrace::Containment::Free);
   ASSERT_EQ(arrival.views.size(), 3U);
   EXPECT_EQ(to_string(arrival.views[0].line.id), "G01");
   EXPECT_NEAR(arrival.views[1].line.azimuth_rad, 0.3, 1e-6);
@@ -76,9 +76,9 @@ TEST(Environment, InsideABuildingEverySatelliteIsBlocked) {
   const Environment environment(one_building(), sky());
   const auto propagator = environment.make_propagator({});
   const propagation::Arrival inside = environment.arrival(kTime, {0, -40, 10}, propagator);
-  EXPECT_EQ(inside.placement, raytrace::Placement::InsideBuilding);
+  EXPECT_EQ(inside.containment, raytrace::Containment::InsideBuilding);
   const propagation::Arrival under = environment.arrival(kTime, {0, 100, -3}, propagator);
-  EXPECT_EQ(under.placement, raytrace::Placement::UnderTerrain);
+  EXPECT_EQ(under.containment, raytrace::Containment::UnderTerrain);
   for (const propagation::Arrival& arrival : {inside, under}) {
     ASSERT_EQ(arrival.views.size(), 3U);
     for (const auto& view : arrival.views) {
@@ -95,16 +95,16 @@ TEST(Environment, AntennasJustUnderTheTerrainStandOnIt) {
   const propagation::Arrival on = environment.arrival(kTime, {0, 0, 0.01}, propagator);
   for (const double up_m : {-0.04, -0.49}) {
     const propagation::Arrival sunk = environment.arrival(kTime, {0, 0, up_m}, propagator);
-    EXPECT_EQ(sunk.placement, raytrace::Placement::Free) << up_m;
+    EXPECT_EQ(sunk.containment, raytrace::Containment::Free) << up_m;
     for (std::size_t i = 0; i < 3; ++i) {
       EXPECT_EQ(sunk.views[i].paths.visibility, on.views[i].paths.visibility) << up_m;
       EXPECT_EQ(sunk.views[i].paths.paths.size(), on.views[i].paths.paths.size()) << up_m;
     }
   }
-  EXPECT_EQ(environment.arrival(kTime, {0, 0, -0.51}, propagator).placement,
-            raytrace::Placement::UnderTerrain);
+  EXPECT_EQ(environment.arrival(kTime, {0, 0, -0.51}, propagator).containment,
+            raytrace::Containment::UnderTerrain);
   // A point in a cellar is not in ground contact.
-  EXPECT_NE(environment.arrival(kTime, {0, -40, -0.1}, propagator).placement, raytrace::Placement::Free);
+  EXPECT_NE(environment.arrival(kTime, {0, -40, -0.1}, propagator).containment, raytrace::Containment::Free);
 }
 
 TEST(Environment, RefusesWhatIsNoPlace) {

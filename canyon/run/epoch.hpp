@@ -21,7 +21,7 @@ struct Epoch {
   std::size_t receiver = 0;  ///< index into Simulation::scenario().receivers
   Pose truth;                ///< of the antenna (lever arm and clamp applied)
   Eigen::Vector3d truth_ecef = Eigen::Vector3d::Zero();
-  raytrace::Placement placement = raytrace::Placement::Free;
+  raytrace::Containment containment = raytrace::Containment::Free;
   receiver::ReceiverEpoch observed;
   /// Disturbed paths of the epoch, in the ENU frame of the city; null: none. Valid only during
   /// EpochSink::write().

@@ -59,9 +59,9 @@ TEST(Georeference, SameSeedSameMove) {
   EXPECT_EQ(a->heading_rad, b->heading_rad);
   EXPECT_NE(a->east_m, c->east_m);
   // The heading's deviation does not affect the position, nor the reverse.
-  const auto place_only = draw_city_shift({2, 0}, 7);
-  EXPECT_EQ(place_only->east_m, a->east_m);
-  EXPECT_EQ(place_only->heading_rad, 0);
+  const auto position_only = draw_city_shift({2, 0}, 7);
+  EXPECT_EQ(position_only->east_m, a->east_m);
+  EXPECT_EQ(position_only->heading_rad, 0);
   EXPECT_EQ(draw_city_shift({0, 0.01}, 7)->heading_rad, a->heading_rad);
 }
 

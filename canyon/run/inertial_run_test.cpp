@@ -31,8 +31,8 @@ const GpsTime kBegin = GpsTime::from_week(2400, 100);
 class Mechanisation {
  public:
   Mechanisation(const inertial::ImuState& state) {
-    place = geodesy::geodetic_from_ecef(state.sensor.position_m);
-    const Matrix3d ned_from_ecef = ned() * geodesy::enu_from_ecef_rotation(place);
+    position = geodesy::geodetic_from_ecef(state.sensor.position_m);
+    const Matrix3d ned_from_ecef = ned() * geodesy::enu_from_ecef_rotation(position);
     velocity = ned_from_ecef * state.sensor.velocity_mps;
     attitude = Quaterniond(ned_from_ecef * state.sensor.ecef_from_body);
   }
@@ -45,13 +45,14 @@ class Mechanisation {
                                   (last_turn_.cross(push) + last_push_.cross(turn)) / 12;
     const Vector3d turn_with_coning = turn + last_turn_.cross(turn) / 12;
     // Rates at the middle of the step, from its start: velocity and position change little.
-    const double middle_latitude = place.latitude_rad + velocity.x() / (meridian() + place.height_m) * dt / 2;
+    const double middle_latitude =
+        position.latitude_rad + velocity.x() / (meridian() + position.height_m) * dt / 2;
     const Vector3d middle_velocity = velocity + last_acceleration_ * dt / 2;
     const Vector3d earth =
         geodesy::kEarthRotationRate * Vector3d(std::cos(middle_latitude), 0, -std::sin(middle_latitude));
-    const double east_radius = normal() + place.height_m;
+    const double east_radius = normal() + position.height_m;
     const Vector3d transport(middle_velocity.y() / east_radius,
-                             -middle_velocity.x() / (meridian() + place.height_m),
+                             -middle_velocity.x() / (meridian() + position.height_m),
                              -middle_velocity.y() * std::tan(middle_latitude) / east_radius);
     const Vector3d frame_turn = (earth + transport) * dt;
     const Vector3d change = rotation(-0.5 * frame_turn) * (attitude * push_in_body) +
@@ -59,11 +60,12 @@ class Mechanisation {
     const Vector3d mean_velocity = velocity + change / 2;
     velocity += change;
     last_acceleration_ = change / dt;
-    place.height_m -= mean_velocity.z() * dt;
-    const double before = place.latitude_rad;
-    place.latitude_rad += mean_velocity.x() / (meridian() + place.height_m) * dt;
-    place.longitude_rad +=
-        mean_velocity.y() / ((normal() + place.height_m) * std::cos((before + place.latitude_rad) / 2)) * dt;
+    position.height_m -= mean_velocity.z() * dt;
+    const double before = position.latitude_rad;
+    position.latitude_rad += mean_velocity.x() / (meridian() + position.height_m) * dt;
+    position.longitude_rad +=
+        mean_velocity.y() /
+        ((normal() + position.height_m) * std::cos((before + position.latitude_rad) / 2)) * dt;
     attitude = (Quaterniond(rotation(-frame_turn)) * attitude * Quaterniond(rotation(turn_with_coning)))
                    .normalized();
     last_turn_ = turn;
@@ -72,7 +74,7 @@ class Mechanisation {
 
   static Matrix3d ned() { return (Matrix3d() << 0, 1, 0, 1, 0, 0, 0, 0, -1).finished(); }
 
-  Geodetic place;
+  Geodetic position;
   Vector3d velocity;
   Quaterniond attitude;
 
@@ -83,17 +85,17 @@ class Mechanisation {
     return angle > 0 ? Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix() : Matrix3d::Identity();
   }
   [[nodiscard]] double meridian() const {
-    return kA * (1 - kE2) / std::pow(1 - kE2 * std::pow(std::sin(place.latitude_rad), 2), 1.5);
+    return kA * (1 - kE2) / std::pow(1 - kE2 * std::pow(std::sin(position.latitude_rad), 2), 1.5);
   }
   [[nodiscard]] double normal() const {
-    return kA / std::sqrt(1 - kE2 * std::pow(std::sin(place.latitude_rad), 2));
+    return kA / std::sqrt(1 - kE2 * std::pow(std::sin(position.latitude_rad), 2));
   }
   [[nodiscard]] Vector3d gravity() const {
-    const double s = std::pow(std::sin(place.latitude_rad), 2), h = place.height_m;
+    const double s = std::pow(std::sin(position.latitude_rad), 2), h = position.height_m;
     constexpr double f = 1 / 298.257223563, m = 0.00344978650684;
     const double level = 9.7803253359 * (1 + 0.00193185265241 * s) / std::sqrt(1 - kE2 * s);
     const double down = level * (1 - 2 / kA * (1 + f + m - 2 * f * s) * h + 3 / (kA * kA) * h * h);
-    return {-8.08e-9 * h * std::sin(2 * place.latitude_rad), 0, down};
+    return {-8.08e-9 * h * std::sin(2 * position.latitude_rad), 0, down};
   }
 
   Vector3d last_turn_ = Vector3d::Zero(), last_push_ = Vector3d::Zero(),
@@ -119,10 +121,10 @@ Drift drift_of(const Trajectory& trajectory, double most_s, double rate_hz = 200
   const GpsTime end = std::min(trajectory.end(), trajectory.begin() + most_s);
   while (const auto sample = run.next(end)) {
     mechanisation.add(sample->mean, 1 / rate_hz);
-    const Geodetic place = geodesy::geodetic_from_ecef(sample->truth.sensor.position_m);
-    const Matrix3d ned_from_ecef = Mechanisation::ned() * geodesy::enu_from_ecef_rotation(place);
+    const Geodetic position = geodesy::geodetic_from_ecef(sample->truth.sensor.position_m);
+    const Matrix3d ned_from_ecef = Mechanisation::ned() * geodesy::enu_from_ecef_rotation(position);
     const double apart_m =
-        (geodesy::ecef_from_geodetic(mechanisation.place) - sample->truth.sensor.position_m).norm();
+        (geodesy::ecef_from_geodetic(mechanisation.position) - sample->truth.sensor.position_m).norm();
     drift.position_m = std::max(drift.position_m, apart_m);
     drift.velocity_mps =
         std::max(drift.velocity_mps,
@@ -195,9 +197,9 @@ TEST(InertialRun, EcefPosesAreThoseOfTheTrajectory) {
       EXPECT_LT((rigid.ecef_from_body - by_pose.ecef_from_body).norm(), 1e-9);
     }
   }
-  const Geodetic place = Geodetic::from_degrees(1, 2, 3);
-  EXPECT_EQ(Trajectory::fixed(kBegin, place, 10).ecef_pose(kBegin).position_m,
-            geodesy::ecef_from_geodetic(place));
+  const Geodetic position = Geodetic::from_degrees(1, 2, 3);
+  EXPECT_EQ(Trajectory::fixed(kBegin, position, 10).ecef_pose(kBegin).position_m,
+            geodesy::ecef_from_geodetic(position));
 }
 
 TEST(InertialRun, NeedsASmoothMotion) {
@@ -226,10 +228,10 @@ TEST(WheelRun, WheelsOfATurnDiffer) {
   inertial::WheelOptions options;
   options.scale = options.slip = options.tick_m = 0;
   options.track_m = 1.6;
-  const Geodetic place = Geodetic::from_degrees(50, 8, 100);
+  const Geodetic geodetic = Geodetic::from_degrees(50, 8, 100);
   WheelRun run(options, 1, kBegin, [&](GpsTime t) {
     Pose pose;
-    pose.position = place;
+    pose.position = geodetic;
     pose.yaw_rad = 0.25 * (t - kBegin);
     pose.yaw_rate_radps = 0.25;
     pose.velocity_enu_mps = 5 * Vector3d(std::cos(pose.yaw_rad), std::sin(pose.yaw_rad), 0);

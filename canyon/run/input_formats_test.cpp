@@ -98,8 +98,8 @@ std::string ply() {
   return text;
 }
 std::string dae() {
-  std::string places, corners;
-  for (int i = 0; i < 8; ++i) places += corner_text(i) + " ";
+  std::string positions, corners;
+  for (int i = 0; i < 8; ++i) positions += corner_text(i) + " ";
   for (const auto& [a, b, c] : kBlock) corners += fmt::format("{} {} {} ", a, b, c);
   return fmt::format(
       "<COLLADA version='1.4.1'><asset><up_axis>Z_UP</up_axis></asset><library_geometries>"
@@ -111,7 +111,7 @@ std::string dae() {
       "source='#v' offset='0'/><p>{}</p></triangles></mesh></geometry></library_geometries>"
       "<library_visual_scenes><visual_scene id='w'><node id='house'><instance_geometry url='#g'/></node>"
       "</visual_scene></library_visual_scenes><scene><instance_visual_scene url='#w'/></scene></COLLADA>",
-      places, corners);
+      positions, corners);
 }
 /// A .gltf with its buffer in a file next to it.
 std::string gltf(const Folder& folder) {
@@ -147,10 +147,10 @@ std::string packed_osm(const Folder& folder, const std::string& name) {
 }
 std::string overpass(const Folder& folder) {
   std::string nodes;
-  const double places[4][2] = {{11.5, 48.2}, {11.5001, 48.2}, {11.5001, 48.2001}, {11.5, 48.2001}};
+  const double points[4][2] = {{11.5, 48.2}, {11.5001, 48.2}, {11.5001, 48.2001}, {11.5, 48.2001}};
   for (int i = 0; i < 4; ++i)
     nodes +=
-        fmt::format(R"({{"type":"node","id":{},"lon":{},"lat":{}}},)", i + 1, places[i][0], places[i][1]);
+        fmt::format(R"({{"type":"node","id":{},"lon":{},"lat":{}}},)", i + 1, points[i][0], points[i][1]);
   (void)folder.write("map.json", R"({"version":0.6,"elements":[)" + nodes +
                                      R"({"type":"way","id":1,"nodes":[1,2,3,4,1],)"
                                      R"("tags":{"building":"yes","height":"12"}}]})");

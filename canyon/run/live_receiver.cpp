@@ -148,7 +148,7 @@ struct LiveReceiver::Impl {
     Epoch epoch;
     epoch.truth = truth;
     epoch.truth_ecef = geodesy::ecef_from_geodetic(truth.position);
-    epoch.placement = arrival.placement;
+    epoch.containment = arrival.containment;
     epoch.environment = &environment;
     epoch.options = &receiver.options();
     epoch.sensors = samples;
@@ -188,11 +188,11 @@ struct LiveReceiver::Impl {
   void look_for_jump(const Pose& antenna, const Eigen::Vector3d& enu_m, bool continuous) {
     const double stated_mps = antenna.velocity_enu_mps.norm();
     const auto before =
-        std::exchange(last_place, Place{antenna.time, enu_m, std::max(stated_mps, kTeleport_mps / 2)});
+        std::exchange(last_step, LastStep{antenna.time, enu_m, std::max(stated_mps, kTeleport_mps / 2)});
     if (!before) return;
     const double step_s = antenna.time - before->time;
     const double way_m = (enu_m - before->enu_m).norm();
-    last_place->speed_mps = step_s > 0 ? std::max(stated_mps, way_m / step_s) : before->speed_mps;
+    last_step->speed_mps = step_s > 0 ? std::max(stated_mps, way_m / step_s) : before->speed_mps;
     const double reach_m = kSlack_m + 2 * before->speed_mps * step_s +
                            std::min(kHardest_mps2 * step_s / 2, kTeleport_mps) * step_s;
     if (continuous || way_m <= reach_m) return;
@@ -214,7 +214,7 @@ struct LiveReceiver::Impl {
     road->clear();
     corrections.reset();
     put_elsewhere->reset();
-    last_place.reset();
+    last_step.reset();
     receiver = make_receiver();
     last_s = -std::numeric_limits<double>::infinity();
     said_empty = false;
@@ -227,7 +227,7 @@ struct LiveReceiver::Impl {
   }
 
   /// The antenna's position at a step.
-  struct Place {
+  struct LastStep {
     GpsTime time;
     Eigen::Vector3d enu_m;
     double speed_mps;
@@ -247,7 +247,7 @@ struct LiveReceiver::Impl {
   Tracer tracer;
   std::optional<RetracedAntenna> arrivals;  // created if no tracer replaces it
   std::optional<Pose> last_truth;
-  std::optional<Place> last_place;
+  std::optional<LastStep> last_step;
   double last_s = -std::numeric_limits<double>::infinity();
   bool said_empty = false;
   int begun = 0;
@@ -341,7 +341,7 @@ LiveReceiver::Step LiveReceiver::observe(const Pose& antenna, const EpochInputs&
   const GpsTime t = antenna.time;
   const geodesy::LocalFrame& frame = impl.scene->city.frame;
   const Eigen::Vector3d enu = frame.local_from_geodetic(antenna.position);
-  raytrace::check_place(enu, "the antenna's position");
+  raytrace::check_position(enu, "the antenna's position");
   if (!is_possible(antenna, frame)) {
     throw InputError("the antenna's velocity or yaw is not finite, or it is faster than 1000 km/s",
                      "check the source of the vehicle's motion");
@@ -393,7 +393,7 @@ LiveReceiver::Step LiveReceiver::lose(GpsTime time) {
   impl.go_to(time, false);
   truth.velocity_enu_mps.setZero();
   Step step;
-  step.arrival.placement = raytrace::Placement::Unknown;
+  step.arrival.containment = raytrace::Containment::Unknown;
   step.arrival.ecef_from_enu = frame.ecef_from_local_rotation();
   step.arrival.antenna_enu = frame.local_from_geodetic(truth.position);
   step.epoch = impl.make_epoch(truth, step.arrival, nullptr);

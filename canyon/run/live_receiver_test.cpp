@@ -57,7 +57,7 @@ std::shared_ptr<CityScene> wall() {
 
 void expect_same(const Epoch& a, const Epoch& b) {
   EXPECT_EQ(a.truth.time, b.truth.time);
-  EXPECT_EQ(a.placement, b.placement);
+  EXPECT_EQ(a.containment, b.containment);
   EXPECT_EQ(a.observed.fix.status, b.observed.fix.status);
   if (a.observed.fix.solved()) {
     EXPECT_LT((a.observed.fix.position_ecef - b.observed.fix.position_ecef).norm(), 1e-6);
@@ -378,13 +378,13 @@ TEST(LiveReceiver, FollowsMovedInstancesAndNewScenes) {
 TEST(LiveReceiver, RefusesWhatIsNoPlaceOrTime) {
   LiveReceiver live(live_config(), wall(), *live_config().start);
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (const double place : {nan, 1e300}) {
+  for (const double position : {nan, 1e300}) {
     EXPECT_THAT(error_text([&] {
-                  (void)live.observe(0, {{place, 0, 0}});
+                  (void)live.observe(0, {{position, 0, 0}});
                 }),
                 HasSubstr("is not finite, or more than 10000 km away"));
     EXPECT_THAT(error_text([&] {
-                  (void)live.observe(0, {.position_m = {0, 0, 50}, .linear_velocity = {0, place, 0}});
+                  (void)live.observe(0, {.position_m = {0, 0, 50}, .linear_velocity = {0, position, 0}});
                 }),
                 HasSubstr("velocity"));
   }

@@ -42,7 +42,7 @@ buildings::BuiltCity read_source(const tiles::TileOptions& tileset, const CityCo
   tiles::TilesCity read = tiles::read_tiles(tileset, city.origin, progress);
   buildings::BuiltCity out;
   out.city = std::move(read.city);
-  out.placed = read.georeferenced || city.origin;
+  out.is_georeferenced = read.georeferenced || city.origin;
   return out;
 }
 
@@ -52,7 +52,7 @@ buildings::BuiltCity read_source(const MeshCity& mesh, const CityConfig& city,
   import.origin = city.origin.value_or(geodesy::Geodetic{});
   buildings::BuiltCity out;
   out.city = city::read_mesh_city(mesh.path, import);
-  out.placed = city.origin.has_value();
+  out.is_georeferenced = city.origin.has_value();
   return out;
 }
 
@@ -66,10 +66,10 @@ buildings::BuiltCity read_source(const CityFile& file, const CityConfig& /*city*
 
 buildings::BuiltCity read_source(const city::SyntheticCityOptions& options, const CityConfig& city,
                                  const ReadProgress& /*progress*/) {
-  city::SyntheticCityOptions placed = options;
-  if (city.origin) placed.origin = *city.origin;
+  city::SyntheticCityOptions posed = options;
+  if (city.origin) posed.origin = *city.origin;
   buildings::BuiltCity out;
-  out.city = city::synthetic_city(placed);
+  out.city = city::synthetic_city(posed);
   return out;
 }
 
@@ -101,10 +101,11 @@ buildings::BuiltCity read_city(const CityConfig& config,
 namespace {
 
 /// Bounds in longitude and latitude of points, with a margin [deg].
-class PlaceBounds {
+class GeographicBounds {
  public:
-  void add(const geodesy::Geodetic& place) {
-    box_.extend(Eigen::Vector2d(geodesy::degrees(place.longitude_rad), geodesy::degrees(place.latitude_rad)));
+  void add(const geodesy::Geodetic& position) {
+    box_.extend(
+        Eigen::Vector2d(geodesy::degrees(position.longitude_rad), geodesy::degrees(position.latitude_rad)));
   }
   [[nodiscard]] std::optional<std::array<double, 4>> widened(double margin_m) const {
     constexpr double kMostDegrees = 2;  // a longer trajectory needs a box
@@ -129,8 +130,8 @@ bool are_tiles(const std::vector<std::filesystem::path>& files) {
 }
 
 /// The trajectory and the fixed receivers; empty if the whole route is not known before the city.
-PlaceBounds way_of(const Scenario& scenario) {
-  PlaceBounds bounds;
+GeographicBounds way_of(const Scenario& scenario) {
+  GeographicBounds bounds;
   const TrajectoryConfig& trajectory = scenario.trajectory;
   std::set<std::size_t> unknown;
   for (const auto& [index, enu] : trajectory.local_waypoints) unknown.insert(index);
@@ -139,19 +140,19 @@ PlaceBounds way_of(const Scenario& scenario) {
   if (trajectory.file) {
     HeightReading heights;
     heights.needed = false;
-    for (const RecordedPoint& point : read_path(scenario, heights).points) bounds.add(point.place);
+    for (const RecordedPoint& point : read_path(scenario, heights).points) bounds.add(point.position);
   }
   for (const ReceiverConfig& receiver : scenario.receivers)
-    if (receiver.fixed && !receiver.fixed->local_m) bounds.add(receiver.fixed->place);
-  return unknown.empty() ? bounds : PlaceBounds();
+    if (receiver.fixed && !receiver.fixed->local_m) bounds.add(receiver.fixed->position);
+  return unknown.empty() ? bounds : GeographicBounds();
 }
 
 /// Reads a tileset, or a city model of tiles, without its own box only near these positions.
-CityConfig about(CityConfig config, const PlaceBounds& places) {
+CityConfig about(CityConfig config, const GeographicBounds& points) {
   if (auto* tileset = config.as<tiles::TileOptions>(); tileset && !tileset->bbox_deg)
-    tileset->bbox_deg = places.widened(tileset->margin_m);
+    tileset->bbox_deg = points.widened(tileset->margin_m);
   if (auto* map = config.as<MapCity>(); map && !map->bbox_deg && are_tiles(map->files))
-    map->bbox_deg = places.widened(kAboutWay_m);
+    map->bbox_deg = points.widened(kAboutWay_m);
   return config;
 }
 
@@ -163,7 +164,7 @@ CityConfig city_config(const Scenario& scenario) {
 
 CityConfig city_config(const Scenario& scenario, const std::array<double, 4>& bbox_deg) {
   const auto& [west, south, east, north] = bbox_deg;
-  PlaceBounds box;
+  GeographicBounds box;
   box.add({geodesy::radians(south), geodesy::radians(west), 0});
   box.add({geodesy::radians(north), geodesy::radians(east), 0});
   return about(scenario.city, box);
@@ -222,7 +223,7 @@ city::City draw_city(city::City source, const Scenario& scenario) {
 }
 
 city::City load_city(const Scenario& scenario) {
-  const PlaceBounds way = way_of(scenario);
+  const GeographicBounds way = way_of(scenario);
   city::City source = load_city_source(about(scenario.city, way));
   const auto around = way.widened(kAboutWay_m);
   if (scenario.city.is<CityFile>() && around && source.mesh.triangles.size() > kLargeCity)

@@ -85,10 +85,10 @@ TEST(LoadCity, TilesAboutTheTrajectory) {
   for (std::size_t at = 0; (at = away.find("6910", at)) != std::string::npos;) away.replace(at, 4, "6960");
   std::ofstream(folder / "tiles/a.gml") << here;
   std::ofstream(folder / "tiles/b.gml") << away;
-  const auto buildings_of = [&](const std::string& city, const std::string& place) {
+  const auto buildings_of = [&](const std::string& city, const std::string& location) {
     const Scenario scenario = parse_scenario(
         "city: {osm: tiles/" + city +
-            "}\nstart: 2026-06-01T06:00:00Z\nduration_s: 1\ntrajectory: {position: {" + place + "}}\n",
+            "}\nstart: 2026-06-01T06:00:00Z\nduration_s: 1\ntrajectory: {position: {" + location + "}}\n",
         folder / "s.yaml");
     return city::summarize(load_city(scenario)).buildings;
   };
@@ -290,11 +290,11 @@ TEST(LoadCity, TilesAboutTheTrajectoryAlone) {
                  R"("boundingVolume":{"region":[0.2,0.84,0.202,0.85,0,99]},"geometricError":99,)"
                  R"("refine":"ADD","children":[)" +
                  region_tile("near.b3dm", 48.2, 11.5) + "," + region_tile("far.b3dm", 48.3, 11.5) + "]"));
-  const auto scenario = [&](const std::string& place) {
+  const auto scenario = [&](const std::string& location) {
     return parse_scenario(
         "city: {file: tileset.json}\nstart: 2026-06-01T12:00:00Z\nduration_s: 1\n"
         "trajectory: {position: {" +
-            place + "}}\n",
+            location + "}}\n",
         folder / "s.yaml");
   };
   const city::City city = load_city(scenario("latitude_deg: 48.2, longitude_deg: 11.5, height_m: 2"));
@@ -328,10 +328,10 @@ TEST(LoadCity, OfALargeCityWhatIsAboutTheTrajectory) {
                              at - Eigen::Vector3d(4, 4, 0), at + Eigen::Vector3d(4, 4, 10));
   }
   city::write_city_file(folder / "large.canyon", large);
-  const auto buildings_at = [&](const std::string& place) {
+  const auto buildings_at = [&](const std::string& location) {
     const Scenario scenario = parse_scenario(
         "city: {file: large.canyon}\nstart: 2026-06-01T06:00:00Z\nduration_s: 1\ntrajectory: {position: {" +
-            place + "}}\n",
+            location + "}}\n",
         folder / "s.yaml");
     return city::summarize(load_city(scenario)).buildings;
   };

@@ -122,7 +122,7 @@ TEST(OwnModels, ASolversFixStatesItsAccuracyAndIsFiltered) {
   }
 }
 
-class TracePlaces : public ::testing::Test {
+class TracePoints : public ::testing::Test {
  protected:
   const geodesy::GpsTime noon = geodesy::parse_time("2026-06-01T12:00:00Z");
   std::shared_ptr<CityScene> scene = std::make_shared<CityScene>(city::synthetic_city({}));
@@ -135,7 +135,7 @@ class TracePlaces : public ::testing::Test {
   Environment environment{scene, sky.sky};
   propagation::Propagator propagator = environment.make_propagator({});
   std::vector<gnss::SatelliteId> satellites = sky.sky->satellites();
-  std::vector<Eigen::Vector3d> places = [] {
+  std::vector<Eigen::Vector3d> positions = [] {
     std::vector<Eigen::Vector3d> all;
     all.reserve(40);
     for (int i = 0; i < 40; ++i) all.emplace_back(5.0 * i - 100, 3.0 * i - 60, 2);  // streets, indoors
@@ -144,20 +144,20 @@ class TracePlaces : public ::testing::Test {
 };
 
 // Point by point, the result of Environment::arrival().
-TEST_F(TracePlaces, AreArrivals) {
-  std::vector<TracedSatellite> rows(places.size() * satellites.size());
+TEST_F(TracePoints, AreArrivals) {
+  std::vector<TracedSatellite> rows(positions.size() * satellites.size());
   std::vector<TracedPath> paths;
-  TracePlacesOptions options;
+  TracePointsOptions options;
   options.paths = &paths;
-  trace_places(environment, propagator, std::vector{noon}, places, satellites, rows, options);
+  trace_points(environment, propagator, std::vector{noon}, positions, satellites, rows, options);
   std::size_t received = 0, path = 0, inside = 0;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const propagation::Arrival arrival = environment.arrival(noon, places[i], propagator);
-    inside += arrival.placement == raytrace::Placement::InsideBuilding ? 1 : 0;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const propagation::Arrival arrival = environment.arrival(noon, positions[i], propagator);
+    inside += arrival.containment == raytrace::Containment::InsideBuilding ? 1 : 0;
     std::size_t above = 0;
     for (std::size_t k = 0; k < satellites.size(); ++k) {
       const TracedSatellite& row = rows[i * satellites.size() + k];
-      EXPECT_EQ(row.placement, arrival.placement);
+      EXPECT_EQ(row.containment, arrival.containment);
       if (!row.above_horizon) continue;
       const propagation::SatelliteView& view = arrival.views.at(above++);
       ASSERT_EQ(view.line.id, satellites[k]);
@@ -168,7 +168,7 @@ TEST_F(TracePlaces, AreArrivals) {
       EXPECT_EQ(row.excess_m, view.paths.tracked_excess_m());
       for (const propagation::Path& each : view.paths.paths) {
         ASSERT_LT(path, paths.size());
-        EXPECT_EQ(paths[path].place, i);
+        EXPECT_EQ(paths[path].point_index, i);
         EXPECT_EQ(paths[path].satellite, k);
         EXPECT_EQ(paths[path++].path.excess_m, each.excess_m);
       }
@@ -180,14 +180,14 @@ TEST_F(TracePlaces, AreArrivals) {
   EXPECT_GT(inside, 0U);
 }
 
-TEST_F(TracePlaces, DoNotDependOnThreadsOrOrder) {
-  std::vector<TracedSatellite> one(places.size() * satellites.size()), backwards = one;
-  TracePlacesOptions options;
+TEST_F(TracePoints, DoNotDependOnThreadsOrOrder) {
+  std::vector<TracedSatellite> one(positions.size() * satellites.size()), backwards = one;
+  TracePointsOptions options;
   options.threads = 1;
-  trace_places(environment, propagator, std::vector{noon}, places, satellites, one, options);
+  trace_points(environment, propagator, std::vector{noon}, positions, satellites, one, options);
   const std::vector<gnss::SatelliteId> reversed(satellites.rbegin(), satellites.rend());
-  trace_places(environment, propagator, std::vector{noon}, places, reversed, backwards);
-  for (std::size_t i = 0; i < places.size(); ++i) {
+  trace_points(environment, propagator, std::vector{noon}, positions, reversed, backwards);
+  for (std::size_t i = 0; i < positions.size(); ++i) {
     for (std::size_t k = 0; k < satellites.size(); ++k) {
       const TracedSatellite& a = one[i * satellites.size() + k];
       const TracedSatellite& b = backwards[(i + 1) * satellites.size() - 1 - k];
@@ -197,13 +197,14 @@ TEST_F(TracePlaces, DoNotDependOnThreadsOrOrder) {
   }
 }
 
-TEST_F(TracePlaces, RefuseWhatDoesNotFit) {
-  std::vector<TracedSatellite> rows(places.size() * satellites.size());
+TEST_F(TracePoints, RefuseWhatDoesNotFit) {
+  std::vector<TracedSatellite> rows(positions.size() * satellites.size());
   const std::vector<geodesy::GpsTime> three(3, noon);
-  EXPECT_THROW(trace_places(environment, propagator, three, places, satellites, rows), InputError);
-  EXPECT_THROW(trace_places(environment, propagator, std::vector{noon}, places, satellites, {}), InputError);
-  places[7].x() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(trace_places(environment, propagator, std::vector{noon}, places, satellites, rows),
+  EXPECT_THROW(trace_points(environment, propagator, three, positions, satellites, rows), InputError);
+  EXPECT_THROW(trace_points(environment, propagator, std::vector{noon}, positions, satellites, {}),
+               InputError);
+  positions[7].x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(trace_points(environment, propagator, std::vector{noon}, positions, satellites, rows),
                InputError);
 }
 

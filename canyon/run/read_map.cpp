@@ -115,9 +115,9 @@ buildings::BuiltCity read_map(const MapCity& config, const CityConfig& city,
   return buildings::build_city(map, terrain ? &*terrain : nullptr, build, progress);
 }
 
-double sea_level_m(buildings::GeoidModel model, const geodesy::Geodetic& place) {
+double sea_level_m(buildings::GeoidModel model, const geodesy::Geodetic& position) {
   return buildings::geoid_undulation_m(
-      model, {geodesy::degrees(place.longitude_rad), geodesy::degrees(place.latitude_rad)});
+      model, {geodesy::degrees(position.longitude_rad), geodesy::degrees(position.latitude_rad)});
 }
 
 }  // namespace canyon::simulation

@@ -17,6 +17,6 @@ struct MapCity;
                                             const std::function<void(std::size_t, std::size_t)>& progress);
 
 /// Height of mean sea level above the ellipsoid [m] at a position, as buildings::geoid_undulation_m().
-[[nodiscard]] double sea_level_m(buildings::GeoidModel model, const geodesy::Geodetic& place);
+[[nodiscard]] double sea_level_m(buildings::GeoidModel model, const geodesy::Geodetic& position);
 
 }  // namespace canyon::simulation

@@ -42,7 +42,7 @@ double closed_sky(const raytrace::RayScene& scene, std::span<const Eigen::Vector
   constexpr int kAzimuths = 16;
   std::size_t rays = 0, hidden = 0;
   for (const Eigen::Vector3d& antenna : antennas) {
-    if (scene.placement(antenna) != raytrace::Placement::Free) continue;
+    if (scene.containment(antenna) != raytrace::Containment::Free) continue;
     for (const double elevation_deg : {15, 30, 45, 60}) {
       for (int k = 0; k < kAzimuths; ++k) {
         ++rays;
@@ -60,15 +60,15 @@ namespace {
 /// closed_sky() of the grid of with_surroundings().
 double closed_sky_of(const raytrace::RayScene& scene, const city::City& city) {
   constexpr int kSide = 10;
-  std::vector<Eigen::Vector3d> places;
+  std::vector<Eigen::Vector3d> points;
   const city::Box box = city.bounds();
   for (int i = 0; i < (city.mesh.triangles.empty() ? 0 : kSide * kSide); ++i) {
     const int row = i / kSide;
     const Eigen::Vector2d share((i % kSide + 0.5) / kSide, (row + 0.5) / kSide);
     const Eigen::Vector2d at = box.min.head<2>() + share.cwiseProduct((box.max - box.min).head<2>());
-    places.emplace_back(at.x(), at.y(), scene.terrain_height(at.x(), at.y()).value_or(box.min.z()) + 2);
+    points.emplace_back(at.x(), at.y(), scene.terrain_height(at.x(), at.y()).value_or(box.min.z()) + 2);
   }
-  return closed_sky(scene, places);
+  return closed_sky(scene, points);
 }
 
 }  // namespace

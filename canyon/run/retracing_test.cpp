@@ -32,7 +32,7 @@ struct Drive {
                           std::make_shared<orbit::BroadcastSky>(
                               orbit::nominal_constellation(begin, begin + 3600.0, {gnss::System::GPS}))};
 
-  static Eigen::Vector3d place(std::size_t k) { return {0.25 * static_cast<double>(k) - 50, 0.3, 2}; }
+  static Eigen::Vector3d point_at(std::size_t k) { return {0.25 * static_cast<double>(k) - 50, 0.3, 2}; }
   [[nodiscard]] GpsTime at(std::size_t k) const { return begin + 0.1 * static_cast<double>(k); }
 };
 
@@ -55,8 +55,8 @@ TEST(Retracing, RunsAndLiveReceiversHaveTheSameArrivals) {
   std::vector<Arrival> expected;
   std::size_t others = 0;
   for (std::size_t k = 0; k < kCount; ++k) {
-    expected.push_back(live.arrival(drive.environment, drive.at(k), Drive::place(k)));
-    const Arrival anew = drive.environment.arrival(drive.at(k), Drive::place(k), propagators.front());
+    expected.push_back(live.arrival(drive.environment, drive.at(k), Drive::point_at(k)));
+    const Arrival anew = drive.environment.arrival(drive.at(k), Drive::point_at(k), propagators.front());
     ASSERT_EQ(expected.back().views.size(), anew.views.size());
     for (std::size_t i = 0; i < anew.views.size(); ++i) {
       const auto& kept = expected.back().views[i].paths.paths;
@@ -69,7 +69,7 @@ TEST(Retracing, RunsAndLiveReceiversHaveTheSameArrivals) {
   // Epochs that trace paths come first, the others in any order.
   RetracedAntenna run(propagators.front());
   std::vector<RetracedAntenna::Epoch> epochs;
-  for (std::size_t k = 0; k < kCount; ++k) epochs.push_back(run.next(drive.at(k), Drive::place(k)));
+  for (std::size_t k = 0; k < kCount; ++k) epochs.push_back(run.next(drive.at(k), Drive::point_at(k)));
   std::vector<Arrival> got(kCount);
   for (const bool first : {true, false}) {
     for (std::size_t k = kCount; k-- > 0;) {
@@ -85,16 +85,16 @@ TEST(Retracing, EpochsApartAreTracedAnew) {
   const propagation::Propagator propagator = drive.environment.make_propagator(drive.options);
   RetracedAntenna live(propagator);
   for (std::size_t k = 0; k < 5; ++k) {  // seconds apart
-    expect_equal(live.arrival(drive.environment, drive.at(10 * k), Drive::place(k)),
-                 drive.environment.arrival(drive.at(10 * k), Drive::place(k), propagator));
+    expect_equal(live.arrival(drive.environment, drive.at(10 * k), Drive::point_at(k)),
+                 drive.environment.arrival(drive.at(10 * k), Drive::point_at(k), propagator));
   }
   for (std::size_t k = 0; k < 5; ++k) {  // 1.25 m apart
-    expect_equal(live.arrival(drive.environment, drive.at(100), Drive::place(5 * k)),
-                 drive.environment.arrival(drive.at(100), Drive::place(5 * k), propagator));
+    expect_equal(live.arrival(drive.environment, drive.at(100), Drive::point_at(5 * k)),
+                 drive.environment.arrival(drive.at(100), Drive::point_at(5 * k), propagator));
   }
   live.forget();
-  expect_equal(live.arrival(drive.environment, drive.at(100), Drive::place(21)),
-               drive.environment.arrival(drive.at(100), Drive::place(21), propagator));
+  expect_equal(live.arrival(drive.environment, drive.at(100), Drive::point_at(21)),
+               drive.environment.arrival(drive.at(100), Drive::point_at(21), propagator));
 }
 
 // Switched off, and cases to which it does not apply.
@@ -108,8 +108,8 @@ TEST(Retracing, IsAnOption) {
     const propagation::Propagator propagator = drive.environment.make_propagator(options);
     RetracedAntenna live(propagator);
     for (std::size_t k = 0; k < 5; ++k) {
-      expect_equal(live.arrival(drive.environment, drive.at(k), Drive::place(k)),
-                   drive.environment.arrival(drive.at(k), Drive::place(k), propagator));
+      expect_equal(live.arrival(drive.environment, drive.at(k), Drive::point_at(k)),
+                   drive.environment.arrival(drive.at(k), Drive::point_at(k), propagator));
     }
   }
 }

@@ -315,8 +315,8 @@ TEST(Rtk, ABaseInsideABuildingGivesNothing) {
   // The middle of a building: the first point on a grid that is inside one.
   std::optional<Eigen::Vector3d> inside;
   for (double east = -100; east < 100 && !inside; east += 5) {
-    const Eigen::Vector3d place(east, 33, 2);
-    if (scene->scene.placement(place) == raytrace::Placement::InsideBuilding) inside = place;
+    const Eigen::Vector3d point(east, 33, 2);
+    if (scene->scene.containment(point) == raytrace::Containment::InsideBuilding) inside = point;
   }
   ASSERT_TRUE(inside);
   scenario.receivers.back().fixed->local_m = *inside;

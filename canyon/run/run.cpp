@@ -34,7 +34,7 @@ Run::Run(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
 
 std::optional<Pose> Run::fixed_pose(std::size_t receiver, GpsTime time) const {
   if (!configs_[receiver].fixed) return std::nullopt;
-  return Pose{time, configs_[receiver].fixed->place};
+  return Pose{time, configs_[receiver].fixed->position};
 }
 
 std::vector<LiveReceiver::Step> Run::make(std::span<const Due> due, bool parallel) {

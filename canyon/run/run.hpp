@@ -19,7 +19,7 @@ namespace canyon::simulation {
 class Run {
  public:
   /// A receiver for each of `config.receivers`; other parameters as LiveReceiver(). Throws as LiveReceiver()
-  /// and check_corrections(); resolves fixed positions by FixedPlace::settle().
+  /// and check_corrections(); resolves fixed positions by FixedPosition::settle().
   Run(LiveConfig config, std::shared_ptr<CityScene> scene, geodesy::GpsTime start,
       std::shared_ptr<const BuiltSky> sky = nullptr, std::shared_ptr<const disturbance::Road> way = nullptr);
 

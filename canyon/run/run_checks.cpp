@@ -86,19 +86,19 @@ void check_all_sensors(const RunView& run, std::vector<std::string>& warnings) {
 }
 
 // Along the ground [m].
-double distance_to(const Geodetic& origin, Geodetic place) {
-  place.height_m = origin.height_m;
-  return (geodesy::ecef_from_geodetic(place) - geodesy::ecef_from_geodetic(origin)).norm();
+double distance_to(const Geodetic& origin, Geodetic position) {
+  position.height_m = origin.height_m;
+  return (geodesy::ecef_from_geodetic(position) - geodesy::ecef_from_geodetic(origin)).norm();
 }
 
-InputError far_error(const RunView& run, double distance, const Geodetic& place, GpsTime t) {
+InputError far_error(const RunView& run, double distance, const Geodetic& position, GpsTime t) {
   const city::City& city = run.environment.city();
   return scenario_error(
       run.scenario,
       fmt::format(
           "the trajectory is {:.1f} km away from the city '{}' (at latitude {:.6f}, longitude {:.6f}, {})",
-          distance / 1e3, city.name, geodesy::degrees(place.latitude_rad),
-          geodesy::degrees(place.longitude_rad), format_gpst(t, 0)),
+          distance / 1e3, city.name, geodesy::degrees(position.latitude_rad),
+          geodesy::degrees(position.longitude_rad), format_gpst(t, 0)),
       fmt::format(
           "check city.origin (now latitude {:.6f}, longitude {:.6f}), and that the trajectory's angles "
           "are degrees in the order of its format",
@@ -106,11 +106,11 @@ InputError far_error(const RunView& run, double distance, const Geodetic& place,
           geodesy::degrees(city.frame.origin().longitude_rad)));
 }
 
-void check_near(const RunView& run, const city::Box& bounds, const Geodetic& place, GpsTime t) {
+void check_near(const RunView& run, const city::Box& bounds, const Geodetic& position, GpsTime t) {
   const city::City& city = run.environment.city();
   if (city.mesh.triangles.empty()) return;
-  const double distance = distance_to(bounds, city.frame.local_from_geodetic(place));
-  if (distance > kFarFromCity_m) throw far_error(run, distance, place, t);
+  const double distance = distance_to(bounds, city.frame.local_from_geodetic(position));
+  if (distance > kFarFromCity_m) throw far_error(run, distance, position, t);
 }
 
 // A flight may lead far over an open field, but hardly stays far from it during the whole run. Only the frame
@@ -121,13 +121,14 @@ void check_near_field(const RunView& run, std::size_t step, std::vector<std::str
   for (std::size_t k = 0; k < plan.epochs(); k += step)
     if (distance_to(*run.scenario.city.origin, plan.trajectory.at(plan.at(k)).position) <= kFarFromCity_m)
       return;
-  const Geodetic place = plan.trajectory.at(plan.begin).position;
-  const InputError far = far_error(run, distance_to(*run.scenario.city.origin, place), place, plan.begin);
+  const Geodetic geodetic = plan.trajectory.at(plan.begin).position;
+  const InputError far =
+      far_error(run, distance_to(*run.scenario.city.origin, geodetic), geodetic, plan.begin);
   warnings.push_back(far.problem() + ": " + far.cure());
 }
 
 // Checks up to two thousand epochs of the trajectory: speed, height, distance to the city, terrain below.
-void check_places(const RunView& run, std::vector<std::string>& warnings) {
+void check_positions(const RunView& run, std::vector<std::string>& warnings) {
   const RunPlan& plan = run.plan;
   const std::size_t step = std::max<std::size_t>(1, plan.epochs() / 2000);
   const city::Box bounds = run.environment.city().bounds();
@@ -165,8 +166,8 @@ void check_fixed(const RunView& run) {
     const ReceiverConfig& receiver = run.scenario.receivers[r];
     if (!receiver.fixed) continue;
     const geodesy::LocalFrame& frame = run.environment.city().frame;
-    if (is_possible({run.plan.begin, receiver.fixed->place}, frame)) continue;
-    const double far_m = frame.local_from_geodetic(receiver.fixed->place).norm();
+    if (is_possible({run.plan.begin, receiver.fixed->position}, frame)) continue;
+    const double far_m = frame.local_from_geodetic(receiver.fixed->position).norm();
     throw scenario_error(run.scenario,
                          fmt::format("receivers[{}].fixed: '{}' is {:.0f} km from the city", r,
                                      receiver.options.name, far_m / 1e3),
@@ -186,18 +187,18 @@ void check_waypoints(const RunView& run) {
       (void)clamp_to_terrain(pose, city, scene, *height_m);
     const Eigen::Vector3d at = city.frame.local_from_geodetic(pose.position);
     Eigen::Vector3d free = at;
-    for (double away_m = 1, turn = 0; scene.placement(free) == raytrace::Placement::InsideBuilding;
+    for (double away_m = 1, turn = 0; scene.containment(free) == raytrace::Containment::InsideBuilding;
          turn += 1 / away_m) {
       if (turn > 2 * geodesy::kPi) turn = 0, away_m += 1;
       free = at + away_m * Eigen::Vector3d(std::sin(turn), std::cos(turn), 0);
     }
     if (free == at) continue;
-    const Geodetic place = city.frame.geodetic_from_local(free);
+    const Geodetic geodetic = city.frame.geodetic_from_local(free);
     throw scenario_error(run.scenario, fmt::format("waypoint {} is inside a building", i + 1),
                          fmt::format("the nearest free position is {{latitude_deg: {:.6f}, longitude_deg: "
                                      "{:.6f}}}, which is {{east_m: {:.1f}, north_m: {:.1f}}}",
-                                     geodesy::degrees(place.latitude_rad),
-                                     geodesy::degrees(place.longitude_rad), free.x(), free.y()));
+                                     geodesy::degrees(geodetic.latitude_rad),
+                                     geodesy::degrees(geodetic.longitude_rad), free.x(), free.y()));
   }
 }
 
@@ -228,7 +229,7 @@ std::vector<std::string> check_run(const RunView& run) {
   check_streams(run.scenario);
   check_all_corrections(run.scenario);
   check_all_sensors(run, warnings);
-  check_places(run, warnings);
+  check_positions(run, warnings);
   check_fixed(run);
   check_waypoints(run);
   check_faults(run, warnings);
@@ -257,18 +258,18 @@ std::vector<std::string> check_slopes(const RunView& run) {
                   most_mps)};
 }
 
-std::vector<std::string> placement_warnings(const Scenario& scenario,
-                                            std::span<const PlacementCounts> counts) {
+std::vector<std::string> containment_warnings(const Scenario& scenario,
+                                              std::span<const ContainmentCounts> counts) {
   std::vector<std::string> lines;
   for (std::size_t r = 0; r < counts.size(); ++r) {
-    const auto say = [&](raytrace::Placement placement, const char* where) {
-      const std::size_t n = counts[r][static_cast<std::size_t>(placement)];
+    const auto say = [&](raytrace::Containment containment, const char* where) {
+      const std::size_t n = counts[r][static_cast<std::size_t>(containment)];
       if (n == 0) return;
       lines.push_back(fmt::format("{}: {} {} with the antenna {}: no signal there",
                                   scenario.receivers[r].options.name, n, n == 1 ? "epoch" : "epochs", where));
     };
-    say(raytrace::Placement::InsideBuilding, "inside a building");
-    say(raytrace::Placement::UnderTerrain, "under the terrain");
+    say(raytrace::Containment::InsideBuilding, "inside a building");
+    say(raytrace::Containment::UnderTerrain, "under the terrain");
   }
   return lines;
 }

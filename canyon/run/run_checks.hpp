@@ -33,10 +33,10 @@ struct RunView {
 [[nodiscard]] std::vector<std::string> check_slopes(const RunView& run);
 
 /// Number of epochs of a receiver by raytrace::Placement.
-using PlacementCounts = std::array<std::size_t, 3>;
+using ContainmentCounts = std::array<std::size_t, 3>;
 /// A warning for each receiver whose antenna was inside a building or under the terrain.
 /// @param counts of each receiver of the scenario
-[[nodiscard]] std::vector<std::string> placement_warnings(const Scenario& scenario,
-                                                          std::span<const PlacementCounts> counts);
+[[nodiscard]] std::vector<std::string> containment_warnings(const Scenario& scenario,
+                                                            std::span<const ContainmentCounts> counts);
 
 }  // namespace canyon::simulation

@@ -52,7 +52,7 @@ TrajectoryFile make_trajectory(const Scenario& scenario, double geoid_undulation
   }
   std::vector<Waypoint> waypoints;
   for (const RecordedPoint& point : path.points)
-    waypoints.push_back({point.place, config.speed_mps, config.hold_s});
+    waypoints.push_back({point.position, config.speed_mps, config.hold_s});
   for (std::size_t i = 0; i < config.waypoints.size(); ++i) {
     const TrajectoryConfig::Leg leg = config.legs.empty() ? TrajectoryConfig::Leg{} : config.legs.at(i);
     waypoints.push_back(

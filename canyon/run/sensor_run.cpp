@@ -20,9 +20,10 @@ using Eigen::Vector3d;
 using geodesy::GpsTime;
 
 SensorMotion::SensorMotion(const inertial::BodyState& sensor, inertial::ImuAxes axes) {
-  const geodesy::Geodetic place = geodesy::geodetic_from_ecef(sensor.position_m);
-  const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(place);
-  place_deg_m = {geodesy::degrees(place.latitude_rad), geodesy::degrees(place.longitude_rad), place.height_m};
+  const geodesy::Geodetic position = geodesy::geodetic_from_ecef(sensor.position_m);
+  const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(position);
+  position_deg_m = {geodesy::degrees(position.latitude_rad), geodesy::degrees(position.longitude_rad),
+                    position.height_m};
   velocity_enu_mps = enu_from_ecef * sensor.velocity_mps;
   const Eigen::Matrix3d enu_from_sensor = enu_from_ecef * sensor.ecef_from_body;
   const Vector3d forward = enu_from_sensor.col(0);

@@ -64,7 +64,7 @@ class SampleTimes {
 struct SensorMotion {
   SensorMotion(const inertial::BodyState& sensor, inertial::ImuAxes axes);
 
-  Eigen::Vector3d place_deg_m;  ///< latitude, longitude [deg], height above the ellipsoid [m]
+  Eigen::Vector3d position_deg_m;  ///< latitude, longitude [deg], height above the ellipsoid [m]
   Eigen::Vector3d velocity_enu_mps;
   Eigen::Vector3d attitude_deg;  ///< roll (left side up), pitch (nose up), heading from north, clockwise
 };

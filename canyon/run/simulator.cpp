@@ -126,7 +126,7 @@ struct Simulation::Impl {
   }
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, GpsTime t) const {
     const ReceiverConfig& config = scenario.receivers[receiver];
-    if (config.fixed) return {t, config.fixed->place};
+    if (config.fixed) return {t, config.fixed->position};
     return mounted_antenna(vehicle_pose(t), config.lever_arm_m);
   }
 
@@ -259,7 +259,7 @@ class Simulation::Epochs {
         stop_(options.stop),
         run_(impl.make_run()),
         sensors_(impl.make_sensors(sinks)),
-        placements_(run_.size()),
+        containments_(run_.size()),
         progress_(options.progress, impl.plan.epochs()) {}
 
   /// Epochs of all receivers at the block's instants, unless the run is stopped.
@@ -281,7 +281,7 @@ class Simulation::Epochs {
 
   [[nodiscard]] std::size_t done() const { return done_; }
   [[nodiscard]] std::vector<std::string> warnings() {
-    std::vector<std::string> warnings = placement_warnings(impl_.scenario, placements_);
+    std::vector<std::string> warnings = containment_warnings(impl_.scenario, containments_);
     for (std::size_t r = 0; r < run_.size(); ++r)
       for (const std::string& line : run_[r].take_warnings())
         warnings.push_back(fmt::format("{}: {}", impl_.scenario.receivers[r].options.name, line));
@@ -294,14 +294,14 @@ class Simulation::Epochs {
   void make_epochs(std::size_t instant, std::vector<PureEpoch>& from) {
     const SensorBatch* batch = sensors_ ? &sensors_->until(impl_.plan.at(instant)) : nullptr;
     std::vector<Run::Due> due;
-    std::vector<std::size_t> place(from.size());  // index of each receiver in `due`
+    std::vector<std::size_t> index(from.size());  // index of each receiver in `due`
     for (const std::size_t r : run_.order()) {
-      place[r] = due.size();
+      index[r] = due.size();
       due.push_back({r, from[r].truth.time, from[r].truth, {batch, true, &from[r].arrival}});
-      ++placements_[r][static_cast<std::size_t>(from[r].arrival.placement)];
+      ++containments_[r][static_cast<std::size_t>(from[r].arrival.containment)];
     }
     const std::vector<LiveReceiver::Step> made = run_.make(due, false);
-    for (const std::size_t i : place) {
+    for (const std::size_t i : index) {
       for (EpochSink* sink : sinks_) {
         broken_ = sink;
         sink->write(made[i].epoch);
@@ -315,7 +315,7 @@ class Simulation::Epochs {
   const std::atomic<bool>* stop_;
   Run run_;
   std::optional<SensorRun> sensors_;
-  std::vector<PlacementCounts> placements_;
+  std::vector<ContainmentCounts> containments_;
   Progress progress_;
   std::size_t done_ = 0;  // instants
   const EpochSink* broken_ = nullptr;

@@ -125,11 +125,11 @@ TEST(UrbanNavDrive, PreciseOrbitsOfAnotherDayAreRefused) {
   SkyConfig config;
   config.sp3 = {sp3};
   const GpsTime drive = GpsTime::from_week(2051, 46701);
-  const geodesy::Geodetic place = geodesy::Geodetic::from_degrees(22.3, 114.17, 5);
-  EXPECT_THAT(test::error_of([&] { (void)build_sky(config, drive, drive + 60.0, place); }).what(),
+  const geodesy::Geodetic position = geodesy::Geodetic::from_degrees(22.3, 114.17, 5);
+  EXPECT_THAT(test::error_of([&] { (void)build_sky(config, drive, drive + 60.0, position); }).what(),
               testing::HasSubstr("is outside the precise orbits (2020-06-25T00:00:00 GPST"));
   const GpsTime day = GpsTime::from_week(2111, 4 * 86400.0 + 43200);
-  const BuiltSky built = build_sky(config, day, day + 60.0, place);
+  const BuiltSky built = build_sky(config, day, day + 60.0, position);
   EXPECT_GT(built.sky->satellites().size(), 60U);
 }
 

@@ -300,10 +300,11 @@ TEST(Simulation, TheLeverArmMovesTooInATurn) {
   std::string csv = "time,latitude,longitude,height\n";
   for (int i = 0; i <= 60; ++i) {
     const double angle = 0.2 * i * 0.5;
-    const Geodetic place = frame.geodetic_from_local({50 * std::cos(angle), 50 * std::sin(angle), 2});
+    const Geodetic geodetic = frame.geodetic_from_local({50 * std::cos(angle), 50 * std::sin(angle), 2});
     char line[200];
-    std::snprintf(line, sizeof line, "%.1f,%.10f,%.10f,%.5f\n", i * 0.5, geodesy::degrees(place.latitude_rad),
-                  geodesy::degrees(place.longitude_rad), place.height_m);
+    std::snprintf(line, sizeof line, "%.1f,%.10f,%.10f,%.5f\n", i * 0.5,
+                  geodesy::degrees(geodetic.latitude_rad), geodesy::degrees(geodetic.longitude_rad),
+                  geodetic.height_m);
     csv += line;
   }
   (void)folder.write("t.csv", csv);
@@ -369,7 +370,7 @@ TEST(Simulation, SaysHowManyEpochsWereInsideABuilding) {
   EXPECT_THAT(result.warnings,
               testing::ElementsAre("rover: 12 epochs with the antenna inside a building: no signal there"));
   for (const Epoch& e : collector.epochs) {
-    EXPECT_EQ(e.placement, raytrace::Placement::InsideBuilding);
+    EXPECT_EQ(e.containment, raytrace::Containment::InsideBuilding);
     EXPECT_EQ(e.observed.fix.status, positioning::FixStatus::NoSignal);
     EXPECT_TRUE(std::isnan(e.error_enu_m.x()));
   }
@@ -532,12 +533,12 @@ TEST(BuildSky, EphemeridesThatEndOnTheWayAreAWarning) {
 
 TEST(BuildSky, UnhealthySatellitesInTheSkyAreSaid) {
   const GpsTime begin = geodesy::parse_time("2026-06-01T08:00:00Z");
-  const Geodetic place = Geodetic::from_degrees(22.3, 114.17, 2);
+  const Geodetic position = Geodetic::from_degrees(22.3, 114.17, 2);
   gnss::NavigationData data = orbit::nominal_constellation(begin, begin + 7200.0, {gnss::System::GPS});
   const orbit::BroadcastSky sky(data);
   std::size_t above = 0;
   for (const gnss::SatelliteId id : sky.satellites()) {
-    const auto line = orbit::line_of_sight(sky, id, begin, geodesy::ecef_from_geodetic(place));
+    const auto line = orbit::line_of_sight(sky, id, begin, geodesy::ecef_from_geodetic(position));
     above += line && line->elevation_rad > geodesy::radians(5) ? 1U : 0U;
   }
   // All but G01 .. G03 unhealthy: those of the rest above the horizon are listed, the others are not.
@@ -547,14 +548,14 @@ TEST(BuildSky, UnhealthySatellitesInTheSkyAreSaid) {
   }
   for (const gnss::SatelliteId id : sky.satellites()) {
     if (id.number > 3) continue;
-    const auto line = orbit::line_of_sight(sky, id, begin, geodesy::ecef_from_geodetic(place));
+    const auto line = orbit::line_of_sight(sky, id, begin, geodesy::ecef_from_geodetic(position));
     healthy_above += line && line->elevation_rad > geodesy::radians(5) ? 1U : 0U;
   }
   const TemporaryFolder folder;
   rinex::write_rinex_navigation(folder / "sky.nav", data);
   SkyConfig config;
   config.navigation = {folder / "sky.nav"};
-  const BuiltSky built = build_sky(config, begin, begin + 60.0, place);
+  const BuiltSky built = build_sky(config, begin, begin + 60.0, position);
   EXPECT_THAT(
       built.report.warnings(),
       Contains(AllOf(HasSubstr(std::to_string(above - healthy_above) + " satellites above the horizon"),
@@ -583,7 +584,7 @@ TEST(Sky, AGapOfPreciseOrbitsIsCalledOne) {
 // Each satellite with its own health, not all with that of the first one.
 TEST(BuildSky, UnhealthySatellitesAreSaidByTheirHealth) {
   const GpsTime begin = geodesy::parse_time("2026-06-01T08:00:00Z");
-  const Geodetic place = Geodetic::from_degrees(22.3, 114.17, 2);
+  const Geodetic position = Geodetic::from_degrees(22.3, 114.17, 2);
   gnss::NavigationData data = orbit::nominal_constellation(begin, begin + 7200.0, {gnss::System::GPS});
   for (auto& e : data.kepler) e.health = e.id.number % 2 == 0 ? 63 : 28;
   data.kepler.front().health = 0;  // one that exists
@@ -591,7 +592,7 @@ TEST(BuildSky, UnhealthySatellitesAreSaidByTheirHealth) {
   rinex::write_rinex_navigation(folder / "sky.nav", data);
   SkyConfig config;
   config.navigation = {folder / "sky.nav"};
-  const BuiltSky built = build_sky(config, begin, begin + 60.0, place);
+  const BuiltSky built = build_sky(config, begin, begin + 60.0, position);
   EXPECT_THAT(built.report.warnings(), Contains(AllOf(HasSubstr(": unhealthy (health 28); G"),
                                                       HasSubstr(": unhealthy (health 63))"))));
 }

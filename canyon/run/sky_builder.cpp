@@ -109,13 +109,13 @@ void check_distances(const orbit::Sky& sky, GpsTime begin, GpsTime end, ReadRepo
                          wrong.size(), list_text(wrong), first));
 }
 
-// Satellites above the horizon at `place` that cannot be used: unhealthy, or without a valid ephemeris during
-// the whole run. Stale ephemerides are accurate enough for their directions.
+// Satellites above the horizon at `position` that cannot be used: unhealthy, or without a valid ephemeris
+// during the whole run. Stale ephemerides are accurate enough for their directions.
 void report_unusable(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTime begin, GpsTime end,
-                     const geodesy::Geodetic& place, ReadReport& report) {
+                     const geodesy::Geodetic& position, ReadReport& report) {
   constexpr double kWellAboveHorizon_rad = 0.0873;  // 5 deg
   const orbit::BroadcastSky any(sky.data(), {config.systems, true, true});
-  const Eigen::Vector3d ecef = geodesy::ecef_from_geodetic(place);
+  const Eigen::Vector3d ecef = geodesy::ecef_from_geodetic(position);
   const std::vector<GpsTime> times = probes(begin, end);
   std::vector<gnss::SatelliteId> silent;
   for (const gnss::SatelliteId id : sky.satellites()) {
@@ -175,7 +175,7 @@ void report_stale(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTi
 }
 
 BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end,
-                         const geodesy::Geodetic& place) {
+                         const geodesy::Geodetic& position) {
   BuiltSky built;
   built.navigation = rinex::read_rinex_navigation(config.navigation, config.systems);
   built.report = built.navigation.report;
@@ -191,7 +191,7 @@ BuiltSky from_navigation(const SkyConfig& config, GpsTime begin, GpsTime end,
                        "scenario, --allow-stale in canyon rtk and canyon sky",
                  built.report);
   check_distances(*sky, begin, end, built.report);
-  report_unusable(*sky, config, begin, end, place, built.report);
+  report_unusable(*sky, config, begin, end, position, built.report);
   if (config.allow_stale) report_stale(*sky, config, begin, end, built.report);
   built.sky = std::move(sky);
   return built;
@@ -209,13 +209,13 @@ BuiltSky from_sp3(const SkyConfig& config, GpsTime begin, GpsTime end) {
   return built;
 }
 
-BuiltSky build(const SkyConfig& config, GpsTime begin, GpsTime end, const geodesy::Geodetic& place) {
-  if (!config.navigation.empty()) return from_navigation(config, begin, end, place);
+BuiltSky build(const SkyConfig& config, GpsTime begin, GpsTime end, const geodesy::Geodetic& position) {
+  if (!config.navigation.empty()) return from_navigation(config, begin, end, position);
   if (!config.sp3.empty()) return from_sp3(config, begin, end);
   BuiltSky built;
   if (!config.frozen_azimuth_rad.empty()) {
     built.sky =
-        std::make_shared<orbit::FrozenSky>(place, config.frozen_azimuth_rad, config.frozen_elevation_rad);
+        std::make_shared<orbit::FrozenSky>(position, config.frozen_azimuth_rad, config.frozen_elevation_rad);
     return built;
   }
   // Signals leave their satellites before they arrive: the records begin slightly before the run.
@@ -251,8 +251,8 @@ void add_ionosphere(const SkyConfig& config, GpsTime begin, BuiltSky& sky) {
 
 }  // namespace
 
-BuiltSky build_sky(const SkyConfig& config, GpsTime begin, GpsTime end, const geodesy::Geodetic& place) {
-  BuiltSky sky = build(config, begin, end, place);
+BuiltSky build_sky(const SkyConfig& config, GpsTime begin, GpsTime end, const geodesy::Geodetic& position) {
+  BuiltSky sky = build(config, begin, end, position);
   if (config.frozen_azimuth_rad.empty()) sky.sky = std::make_shared<orbit::CarriedSky>(std::move(sky.sky));
   add_ionosphere(config, begin, sky);
   return sky;

@@ -22,11 +22,11 @@ struct BuiltSky {
   std::shared_ptr<const errors::SpaceErrors> errors{};
   std::uint64_t errors_seed = 0;
 };
-/// Builds the sky of `config`, valid over [begin, end], seen from `place` (frozen skies). Throws InputError,
-/// with both spans and a hint, if no satellite has an ephemeris at `begin`. Warns if the ephemerides end
-/// before `end`, or are older than their system allows (allow_stale).
+/// Builds the sky of `config`, valid over [begin, end], seen from `position` (frozen skies). Throws
+/// InputError, with both spans and a hint, if no satellite has an ephemeris at `begin`. Warns if the
+/// ephemerides end before `end`, or are older than their system allows (allow_stale).
 [[nodiscard]] BuiltSky build_sky(const SkyConfig& config, geodesy::GpsTime begin, geodesy::GpsTime end,
-                                 const geodesy::Geodetic& place);
+                                 const geodesy::Geodetic& position);
 
 /// The range errors under a sky (SkyConfig::errors), the same for the same seed; null: none.
 [[nodiscard]] std::shared_ptr<const errors::SpaceErrors> make_space_errors(const SkyConfig& config,

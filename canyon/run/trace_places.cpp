@@ -23,62 +23,62 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kStep = 16, kBlock = 64;
 
 TracedSatellite traced(const propagation::SatellitePaths& paths, double azimuth_rad, double elevation_rad,
-                       raytrace::Placement placement) {
+                       raytrace::Containment containment) {
   TracedSatellite satellite;
   satellite.azimuth_rad = azimuth_rad;
   satellite.elevation_rad = elevation_rad;
   satellite.visibility = paths.visibility;
   satellite.excess_m = paths.received() ? paths.tracked_excess_m() : kNan;
   satellite.above_horizon = true;
-  satellite.placement = placement;
+  satellite.containment = containment;
   satellite.paths = static_cast<std::uint8_t>(std::min<std::size_t>(paths.paths.size(), 255));
   return satellite;
 }
 
-void keep(std::vector<TracedPath>& paths, std::size_t place, std::size_t satellite,
+void keep(std::vector<TracedPath>& paths, std::size_t index, std::size_t satellite,
           const propagation::SatellitePaths& from) {
   for (const propagation::Path& path : from.paths)
-    paths.push_back({static_cast<std::uint32_t>(place), static_cast<std::uint32_t>(satellite), path});
+    paths.push_back({static_cast<std::uint32_t>(index), static_cast<std::uint32_t>(satellite), path});
 }
 
 /// Calls trace(place, paths) for all points; `paths` is null if they are not requested.
 template <typename Trace>
-void for_each_place(std::size_t places, const TracePlacesOptions& options, const Trace& trace) {
+void for_each_point(std::size_t indices, const TracePointsOptions& options, const Trace& trace) {
   using Found = std::vector<TracedPath>;
-  const std::size_t steps = (places + kStep - 1) / kStep;
+  const std::size_t steps = (indices + kStep - 1) / kStep;
   const auto make = [&](std::size_t step) {
     Found found;
-    for (std::size_t i = step * kStep; i < std::min(places, (step + 1) * kStep); ++i)
+    for (std::size_t i = step * kStep; i < std::min(indices, (step + 1) * kStep); ++i)
       trace(i, options.paths == nullptr ? nullptr : &found);
     return found;
   };
   const auto take = [&](std::size_t step, Found& found) {
     if (options.paths != nullptr) options.paths->insert(options.paths->end(), found.begin(), found.end());
-    if (options.progress) options.progress(std::min(places, (step + 1) * kStep), places);
+    if (options.progress) options.progress(std::min(indices, (step + 1) * kStep), indices);
   };
   for_each_in_order<Found>(
       steps, kBlock, options.threads, [] { return true; }, make, take);
 }
 
-void check(std::span<const Eigen::Vector3d> places, std::size_t satellites,
+void check(std::span<const Eigen::Vector3d> points, std::size_t satellites,
            std::span<TracedSatellite> result) {
-  if (result.size() != places.size() * satellites) {
+  if (result.size() != points.size() * satellites) {
     throw InputError(
-        fmt::format("{} results for {} points and {} satellites", result.size(), places.size(), satellites));
+        fmt::format("{} results for {} points and {} satellites", result.size(), points.size(), satellites));
   }
-  for (std::size_t i = 0; i < places.size(); ++i)
-    raytrace::check_place(places[i], fmt::format("point {}", i));
+  for (std::size_t i = 0; i < points.size(); ++i)
+    raytrace::check_position(points[i], fmt::format("point {}", i));
 }
 
 }  // namespace
 
-void trace_places(const Environment& environment, const propagation::Propagator& propagator,
-                  std::span<const geodesy::GpsTime> times, std::span<const Eigen::Vector3d> places_enu,
+void trace_points(const Environment& environment, const propagation::Propagator& propagator,
+                  std::span<const geodesy::GpsTime> times, std::span<const Eigen::Vector3d> points_enu,
                   std::span<const gnss::SatelliteId> satellites, std::span<TracedSatellite> result,
-                  const TracePlacesOptions& options) {
-  check(places_enu, satellites.size(), result);
-  if (times.size() != 1 && times.size() != places_enu.size()) {
-    throw InputError(fmt::format("{} times for {} points", times.size(), places_enu.size()),
+                  const TracePointsOptions& options) {
+  check(points_enu, satellites.size(), result);
+  if (times.size() != 1 && times.size() != points_enu.size()) {
+    throw InputError(fmt::format("{} times for {} points", times.size(), points_enu.size()),
                      "give one time, or one for each point");
   }
   require_satellites(environment.sky(), times);
@@ -90,31 +90,31 @@ void trace_places(const Environment& environment, const propagation::Propagator&
   for (const auto& [id, number] : sorted) ascending.push_back(id);
 
   const geodesy::LocalFrame& frame = environment.city().frame;
-  for_each_place(places_enu.size(), options, [&](std::size_t i, std::vector<TracedPath>* paths) {
-    const Eigen::Vector3d& place = places_enu[i];
+  for_each_point(points_enu.size(), options, [&](std::size_t i, std::vector<TracedPath>* paths) {
+    const Eigen::Vector3d& point = points_enu[i];
     propagation::Arrival arrival =
         make_arrival(environment.sky(), ascending, environment.scene(),
-                     {times[times.size() == 1 ? 0 : i], frame.ecef_from_local(place), place,
+                     {times[times.size() == 1 ? 0 : i], frame.ecef_from_local(point), point,
                       frame.ecef_from_local_rotation()});
     add_paths(arrival, tracer_of(propagator));
     const std::span<TracedSatellite> row = result.subspan(i * satellites.size(), satellites.size());
     std::fill(
         row.begin(), row.end(),
-        TracedSatellite{kNan, kNan, kNan, propagation::Visibility::Blocked, false, arrival.placement, 0});
+        TracedSatellite{kNan, kNan, kNan, propagation::Visibility::Blocked, false, arrival.containment, 0});
     std::size_t k = 0;
     for (const propagation::SatelliteView& view : arrival.views) {  // both ascend
       while (ascending[k] != view.line.id) ++k;
       const std::size_t number = sorted[k++].second;
-      row[number] = traced(view.paths, view.line.azimuth_rad, view.line.elevation_rad, arrival.placement);
+      row[number] = traced(view.paths, view.line.azimuth_rad, view.line.elevation_rad, arrival.containment);
       if (paths != nullptr) keep(*paths, i, number, view.paths);
     }
   });
 }
 
-void trace_places(const Environment& environment, const propagation::Propagator& propagator,
-                  std::span<const Eigen::Vector3d> places_enu, std::span<const Eigen::Vector3d> directions,
-                  std::span<TracedSatellite> result, const TracePlacesOptions& options) {
-  check(places_enu, directions.size(), result);
+void trace_points(const Environment& environment, const propagation::Propagator& propagator,
+                  std::span<const Eigen::Vector3d> points_enu, std::span<const Eigen::Vector3d> directions,
+                  std::span<TracedSatellite> result, const TracePointsOptions& options) {
+  check(points_enu, directions.size(), result);
   std::vector<geodesy::AzimuthElevation> looks;
   for (const Eigen::Vector3d& direction : directions) {
     if (!direction.allFinite() || std::abs(direction.norm() - 1) > 1e-6) {
@@ -123,14 +123,14 @@ void trace_places(const Environment& environment, const propagation::Propagator&
     }
     looks.push_back(geodesy::azimuth_elevation_from_enu(direction));
   }
-  for_each_place(places_enu.size(), options, [&](std::size_t i, std::vector<TracedPath>* paths) {
-    const Eigen::Vector3d& place = places_enu[i];
-    const raytrace::Placement placement = environment.scene().placement(place);
+  for_each_point(points_enu.size(), options, [&](std::size_t i, std::vector<TracedPath>* paths) {
+    const Eigen::Vector3d& point = points_enu[i];
+    const raytrace::Containment containment = environment.scene().containment(point);
     std::vector<propagation::SatellitePaths> found(directions.size());
-    if (placement == raytrace::Placement::Free) propagator.trace(place, directions, found);
+    if (containment == raytrace::Containment::Free) propagator.trace(point, directions, found);
     for (std::size_t k = 0; k < directions.size(); ++k) {
       TracedSatellite& satellite = result[i * directions.size() + k];
-      satellite = traced(found[k], looks[k].azimuth_rad, looks[k].elevation_rad, placement);
+      satellite = traced(found[k], looks[k].azimuth_rad, looks[k].elevation_rad, containment);
       satellite.above_horizon = looks[k].elevation_rad > 0;
       if (paths != nullptr) keep(*paths, i, k, found[k]);
     }
@@ -165,12 +165,12 @@ RetracedAntenna::Epoch RetracedAntenna::next(GpsTime time, const Vector3d& anten
 }
 
 Arrival RetracedAntenna::arrival(const Environment& environment, const Epoch& epoch) const {
-  propagation::TracedPlace* const place = epoch.paths ? &epoch.paths->place : nullptr;
+  propagation::TracedPoint* const traced = epoch.paths ? &epoch.paths->point_index : nullptr;
   return environment.arrival(epoch.time, epoch.antenna_enu,
                              [&](const auto& antenna, const auto& directions, auto paths) {
                                if (epoch.first)
-                                 propagator_.trace(antenna, directions, paths, place);
-                               else if (!propagator_.retrace(antenna, directions, *place, paths))
+                                 propagator_.trace(antenna, directions, paths, traced);
+                               else if (!propagator_.retrace(antenna, directions, *traced, paths))
                                  propagator_.trace(antenna, directions, paths);
                              });
 }

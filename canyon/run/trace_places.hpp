@@ -23,17 +23,17 @@ struct TracedSatellite {
   double excess_m = 0;       ///< SatellitePaths::tracked_excess_m(); NaN if nothing arrives
   propagation::Visibility visibility = propagation::Visibility::Blocked;
   bool above_horizon = false;  ///< and with an ephemeris
-  raytrace::Placement placement = raytrace::Placement::Free;
+  raytrace::Containment containment = raytrace::Containment::Free;
   std::uint8_t paths = 0;  ///< number of arriving paths; 255: at least 255
 };
 
-/// One path among those of trace_places().
+/// One path among those of trace_points().
 struct TracedPath {
-  std::uint32_t place = 0, satellite = 0;  ///< indices of the request
+  std::uint32_t point_index = 0, satellite = 0;  ///< indices of the request
   propagation::Path path;
 };
 
-struct TracePlacesOptions {
+struct TracePointsOptions {
   int threads = 0;  ///< 0: as many as cores, which is the maximum
   /// Called repeatedly on the calling thread with points done and in all. An exception of it is rethrown.
   std::function<void(std::size_t, std::size_t)> progress = {};
@@ -43,18 +43,18 @@ struct TracePlacesOptions {
 /// Traces satellites at many points: result[i * satellites.size() + k] is satellite k at point i, as in
 /// Environment::arrival(). The result does not depend on the number of threads.
 /// @param times one for all points, or one for each
-/// @param places_enu antennas in the city's frame [m], finite
-/// Throws InputError for other counts of times or results, an invalid point (raytrace::check_place()), and a
-/// time at which no satellite of the sky has an ephemeris.
-void trace_places(const Environment& environment, const propagation::Propagator& propagator,
-                  std::span<const geodesy::GpsTime> times, std::span<const Eigen::Vector3d> places_enu,
+/// @param points_enu antennas in the city's frame [m], finite
+/// Throws InputError for other counts of times or results, an invalid point (raytrace::check_position()), and
+/// a time at which no satellite of the sky has an ephemeris.
+void trace_points(const Environment& environment, const propagation::Propagator& propagator,
+                  std::span<const geodesy::GpsTime> times, std::span<const Eigen::Vector3d> points_enu,
                   std::span<const gnss::SatelliteId> satellites, std::span<TracedSatellite> result,
-                  const TracePlacesOptions& options = {});
+                  const TracePointsOptions& options = {});
 
 /// The same for satellites in given directions, equal at all points. @param directions unit, ENU
-void trace_places(const Environment& environment, const propagation::Propagator& propagator,
-                  std::span<const Eigen::Vector3d> places_enu, std::span<const Eigen::Vector3d> directions,
-                  std::span<TracedSatellite> result, const TracePlacesOptions& options = {});
+void trace_points(const Environment& environment, const propagation::Propagator& propagator,
+                  std::span<const Eigen::Vector3d> points_enu, std::span<const Eigen::Vector3d> directions,
+                  std::span<TracedSatellite> result, const TracePointsOptions& options = {});
 
 /// Index of the time interval that contains an instant, counted from 1980 on, with
 /// PropagationOptions::retrace_interval_s > 0.
@@ -65,7 +65,7 @@ void trace_places(const Environment& environment, const propagation::Propagator&
 struct SharedPaths {
   std::int64_t interval = 0;  ///< retrace_interval()
   Eigen::Vector3d antenna_enu;
-  propagation::TracedPlace place;
+  propagation::TracedPoint point_index;
 };
 
 /// Arrivals at an antenna, epoch by epoch. Far paths are traced at the first epoch of each time interval, and

@@ -24,7 +24,7 @@ std::shared_ptr<CityScene> downtown() {
   return std::make_shared<CityScene>(city::synthetic_city(options));
 }
 
-std::vector<Eigen::Vector3d> places(std::size_t count) {
+std::vector<Eigen::Vector3d> points(std::size_t count) {
   std::vector<Eigen::Vector3d> all;
   const auto fraction = [](double x) { return x - std::floor(x); };
   for (std::size_t i = 0; i < count; ++i) {
@@ -34,7 +34,7 @@ std::vector<Eigen::Vector3d> places(std::size_t count) {
   return all;
 }
 
-void TenThousandPlaces(benchmark::State& state) {
+void TenThousandPoints(benchmark::State& state) {
   const auto scene = downtown();
   SkyConfig nominal;
   nominal.nominal = true;
@@ -46,16 +46,16 @@ void TenThousandPlaces(benchmark::State& state) {
     const auto line = orbit::line_of_sight(*sky.sky, id, kNoon, scene->city.frame.ecef_from_local({0, 0, 2}));
     if (line && line->elevation_rad > 0 && satellites.size() < 30) satellites.push_back(id);
   }
-  const std::vector<Eigen::Vector3d> where = places(10'000);
+  const std::vector<Eigen::Vector3d> where = points(10'000);
   std::vector<TracedSatellite> result(where.size() * satellites.size());
   const std::vector<geodesy::GpsTime> time{kNoon};
   for (auto _ : state) {
-    trace_places(environment, propagator, time, where, satellites, result);
+    trace_points(environment, propagator, time, where, satellites, result);
     benchmark::DoNotOptimize(result.data());
   }
   state.counters["satellites"] = static_cast<double>(satellites.size());
 }
-BENCHMARK(TenThousandPlaces)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
+BENCHMARK(TenThousandPoints)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
 
 void observe(benchmark::State& state, const std::shared_ptr<CityScene>& scene) {
   LiveReceiver receiver(parse_live_config("profile: ublox-m10\nown_draws: false\n", "benchmark"), scene,

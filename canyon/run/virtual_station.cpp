@@ -13,12 +13,12 @@ using geodesy::GpsTime;
 
 /// A satellite in view from a position; empty: below the horizon, or not known.
 std::optional<propagation::SatelliteView> view_from(const Environment& environment, gnss::SatelliteId id,
-                                                    GpsTime time, const Eigen::Vector3d& place) {
-  const auto line = orbit::line_of_sight(environment.sky(), id, time, place);
+                                                    GpsTime time, const Eigen::Vector3d& point) {
+  const auto line = orbit::line_of_sight(environment.sky(), id, time, point);
   if (!line) return std::nullopt;
   propagation::SatelliteView view{*line, {}};
   if (const auto& errors = environment.errors())
-    view.space = errors->at(view.line, errors->reception(time, place));
+    view.space = errors->at(view.line, errors->reception(time, point));
   return view;
 }
 
@@ -28,16 +28,16 @@ std::optional<Epoch> VirtualStation::move(const Epoch& base,
                                           const std::optional<Eigen::Vector3d>& reported_ecef) {
   if (!reported_ecef) return std::nullopt;
   const GpsTime time = base.observed.time;
-  if (!place_ || (*place_ - *reported_ecef).norm() > kMove_m) {
-    place_ = reported_ecef;
+  if (!position_ || (*position_ - *reported_ecef).norm() > kMove_m) {
+    position_ = reported_ecef;
     since_ = time;
   }
   Epoch moved = base;
-  moved.truth_ecef = *place_;
-  moved.truth.position = geodesy::geodetic_from_ecef(*place_);
+  moved.truth_ecef = *position_;
+  moved.truth.position = geodesy::geodetic_from_ecef(*position_);
   for (receiver::SatelliteObservation& satellite : moved.observed.satellites) {
     const auto here = view_from(*base.environment, satellite.id, time, base.truth_ecef);
-    const auto there = view_from(*base.environment, satellite.id, time, *place_);
+    const auto there = view_from(*base.environment, satellite.id, time, *position_);
     const auto move_signal = [&](receiver::SignalObservation& seen) {
       if (!seen.measurement) return;
       if (!here || !there) {
@@ -45,12 +45,12 @@ std::optional<Epoch> VirtualStation::move(const Epoch& base,
         return;
       }
       positioning::Measurement& m = *seen.measurement;
-      const auto range = [&](const propagation::SatelliteView& view, const geodesy::Geodetic& place) {
+      const auto range = [&](const propagation::SatelliteView& view, const geodesy::Geodetic& geodetic) {
         const receiver::RangeState state{base.options, &base.environment->klobuchar(), &view,
                                          seen.signal,  m.carrier_frequency_hz,         time,
-                                         place};
-        receiver::CodeAndCarrier of_place = range_of(receiver::RangeTermOf::Satellite, state);
-        return of_place += range_of(receiver::RangeTermOf::Space, state);
+                                         geodetic};
+        receiver::CodeAndCarrier position_range = range_of(receiver::RangeTermOf::Satellite, state);
+        return position_range += range_of(receiver::RangeTermOf::Space, state);
       };
       const receiver::CodeAndCarrier from = range(*here, base.truth.position),
                                      to = range(*there, moved.truth.position);

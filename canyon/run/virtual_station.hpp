@@ -25,7 +25,7 @@ class VirtualStation {
                                           const std::optional<Eigen::Vector3d>& reported_ecef);
 
  private:
-  std::optional<Eigen::Vector3d> place_;
+  std::optional<Eigen::Vector3d> position_;
   geodesy::GpsTime since_;
 };
 

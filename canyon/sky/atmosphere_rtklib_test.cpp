@@ -26,18 +26,18 @@ TEST(AtmosphereRtklib, BothModelsAgreeWithin1um) {
     return std::uniform_real_distribution<double>(low, high)(random);
   };
   for (int i = 0; i < 5000; ++i) {
-    const geodesy::Geodetic place{uniform(-1.57, 1.57), uniform(-3.14, 3.14), uniform(-100, 10e3)};
+    const geodesy::Geodetic geodetic{uniform(-1.57, 1.57), uniform(-3.14, 3.14), uniform(-100, 10e3)};
     const double azel[2] = {uniform(0, 6.28), uniform(-0.05, 1.57)};
-    const double position[3] = {place.latitude_rad, place.longitude_rad, place.height_m};
+    const double position[3] = {geodetic.latitude_rad, geodetic.longitude_rad, geodetic.height_m};
     const GpsTime t = GpsTime::from_week(2051, uniform(0, 604'800));
     // RTKLIB counts seconds from 1970: 315,964,800 s before 1980-01-06 (date -u -d 1980-01-06 +%s).
     const RtklibTime time{static_cast<std::time_t>(315'964'800 + t.nanoseconds() / 1'000'000'000),
                           static_cast<double>(t.nanoseconds() % 1'000'000'000) * 1e-9};
-    EXPECT_NEAR(klobuchar_delay_m(model, t, place, azel[0], azel[1], l1_hz),
+    EXPECT_NEAR(klobuchar_delay_m(model, t, geodetic, azel[0], azel[1], l1_hz),
                 ionmodel(time, alpha_beta, position, azel), 1e-6);
     const double zenith[2] = {0, geodesy::kPi / 2};
-    EXPECT_NEAR(saastamoinen_zenith_m(place), tropmodel(time, position, zenith, 0.7), 1e-6);
-    EXPECT_NEAR(saastamoinen_zenith_m(place, 0.2), tropmodel(time, position, zenith, 0.2), 1e-6);
+    EXPECT_NEAR(saastamoinen_zenith_m(geodetic), tropmodel(time, position, zenith, 0.7), 1e-6);
+    EXPECT_NEAR(saastamoinen_zenith_m(geodetic, 0.2), tropmodel(time, position, zenith, 0.2), 1e-6);
   }
 }
 

@@ -41,7 +41,7 @@ TEST(Klobuchar, FallsWithTheSquareOfTheFrequency) {
 // its limits of 172,800 and 72,000 s, and scaled to other carriers.
 TEST(Klobuchar, OfBeiDouIsItsOwnFormula) {
   struct Case {
-    double place_deg[2], tow_s, azimuth_deg, elevation_deg, frequency_hz;
+    double position_deg[2], tow_s, azimuth_deg, elevation_deg, frequency_hz;
     std::array<double, 4> beta;
     double delay_m;
   };
@@ -58,7 +58,7 @@ TEST(Klobuchar, OfBeiDouIsItsOwnFormula) {
                                 {{1.0245e-8, 5.2154e-8, -5.3644e-7, 1.1325e-6}, c.beta}};
     const auto delay_m = [&](const auto& coefficients) {
       return klobuchar_delay_m(coefficients, GpsTime::from_week(2244, c.tow_s),
-                               Geodetic::from_degrees(c.place_deg[0], c.place_deg[1], 0),
+                               Geodetic::from_degrees(c.position_deg[0], c.position_deg[1], 0),
                                radians(c.azimuth_deg), radians(c.elevation_deg), c.frequency_hz);
     };
     EXPECT_NEAR(delay_m(model), c.delay_m, 1e-5);

@@ -250,7 +250,7 @@ double SpaceErrors::orbit_clock_m(const orbit::LineOfSight& line, GpsTime recept
 
 double SpaceErrors::ionosphere_m(const orbit::LineOfSight& line, const Reception& reception) const {
   if (klobuchar_.empty()) return 0;
-  const double model_m = klobuchar_delay_m(*klobuchar_.begin(), reception.time, reception.place,
+  const double model_m = klobuchar_delay_m(*klobuchar_.begin(), reception.time, reception.position,
                                            line.azimuth_rad, line.elevation_rad, gnss::kL1_hz);
   // |receiver + s direction| = shell.
   const Eigen::Vector3d& receiver = reception.receiver_ecef;
@@ -266,7 +266,7 @@ double SpaceErrors::ionosphere_m(const orbit::LineOfSight& line, const Reception
 SpaceErrors::Reception SpaceErrors::reception(GpsTime time, const Eigen::Vector3d& receiver_ecef) const {
   Reception result{time, receiver_ecef, geodesy::geodetic_from_ecef(receiver_ecef)};
   result.zenith_m =
-      saastamoinen_zenith_m(result.place) + options_.troposphere_m * troposphere_.at(time, receiver_ecef);
+      saastamoinen_zenith_m(result.position) + options_.troposphere_m * troposphere_.at(time, receiver_ecef);
   return result;
 }
 
@@ -289,12 +289,12 @@ RandomWaves::RandomWaves(RandomStream stream, double time_s, double length_m) {
   }
 }
 
-double RandomWaves::at(geodesy::GpsTime time, const Eigen::Vector3d& place) const {
+double RandomWaves::at(geodesy::GpsTime time, const Eigen::Vector3d& point) const {
   const double seconds = time - geodesy::GpsTime();
   Waves cosines;
   for (std::size_t k = 0; k < cosines.size(); ++k) {
     cosines[k] = frequency_hz_[k] * seconds +
-                 (x_per_m_[k] * place.x() + y_per_m_[k] * place.y() + z_per_m_[k] * place.z()) +
+                 (x_per_m_[k] * point.x() + y_per_m_[k] * point.y() + z_per_m_[k] * point.z()) +
                  phase_turns_[k];
   }
   take_cosines(cosines.data(), cosines.size());
@@ -317,14 +317,14 @@ const SystemKlobuchar& klobuchar_of(const std::map<gnss::System, gnss::Klobuchar
 
 double atmosphere_m(bool ionosphere, bool troposphere,
                     const std::map<gnss::System, gnss::Klobuchar>& klobuchar, gnss::System system,
-                    double carrier_frequency_hz, geodesy::GpsTime time, const geodesy::Geodetic& place,
+                    double carrier_frequency_hz, geodesy::GpsTime time, const geodesy::Geodetic& position,
                     const geodesy::AzimuthElevation& look) {
   double delay_m = 0;
   if (ionosphere) {
-    delay_m += klobuchar_delay_m(klobuchar_of(klobuchar, system), time, place, look.azimuth_rad,
+    delay_m += klobuchar_delay_m(klobuchar_of(klobuchar, system), time, position, look.azimuth_rad,
                                  look.elevation_rad, carrier_frequency_hz);
   }
-  if (troposphere) delay_m += saastamoinen_delay_m(place, look.elevation_rad);
+  if (troposphere) delay_m += saastamoinen_delay_m(position, look.elevation_rad);
   return delay_m;
 }
 

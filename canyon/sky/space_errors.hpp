@@ -55,7 +55,7 @@ using SystemKlobuchar = std::map<gnss::System, gnss::Klobuchar>::value_type;
 [[nodiscard]] double atmosphere_m(bool ionosphere, bool troposphere,
                                   const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
                                   gnss::System system, double carrier_frequency_hz, geodesy::GpsTime time,
-                                  const geodesy::Geodetic& place, const geodesy::AzimuthElevation& look);
+                                  const geodesy::Geodetic& position, const geodesy::AzimuthElevation& look);
 
 // Range errors that no receiver knows: of broadcast orbits and clocks, and of the models by which receivers
 // correct the atmosphere. docs/errors.md has the budget.
@@ -69,7 +69,7 @@ class RandomWaves {
   /// @param time_s > 0; @param length_m > 0, infinite: equal at all positions
   RandomWaves(RandomStream stream, double time_s, double length_m);
   /// @param place any point of a frame common to all callers [m]
-  [[nodiscard]] double at(geodesy::GpsTime time, const Eigen::Vector3d& place) const;
+  [[nodiscard]] double at(geodesy::GpsTime time, const Eigen::Vector3d& point) const;
 
  private:
   using Waves = std::array<double, 24>;
@@ -137,7 +137,7 @@ class SpaceErrors {
   struct Reception {
     geodesy::GpsTime time;
     Eigen::Vector3d receiver_ecef = Eigen::Vector3d::Zero();
-    geodesy::Geodetic place;
+    geodesy::Geodetic position;
     double zenith_m = 0;  ///< the troposphere's true zenith delay
   };
   /// @param receiver_ecef [m]

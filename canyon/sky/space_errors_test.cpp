@@ -39,8 +39,8 @@ orbit::LineOfSight line_of(gnss::SatelliteId id, const Eigen::Vector3d& receiver
 }
 
 SpaceDelays delays_of(const SpaceErrors& errors, const orbit::LineOfSight& line, GpsTime time,
-                      const Eigen::Vector3d& place) {
-  return errors.at(line, errors.reception(time, place));
+                      const Eigen::Vector3d& point) {
+  return errors.at(line, errors.reception(time, point));
 }
 
 double root_mean_square(const std::vector<double>& values) {
@@ -54,13 +54,13 @@ TEST(RandomWaves, HaveTheirVarianceAndCorrelation) {
   const int n = 4000;
   for (int seed = 1; seed <= n; ++seed) {
     const RandomWaves waves(RandomStream(static_cast<std::uint64_t>(seed), "w"), 100, 1e3);
-    const Eigen::Vector3d place(3e6, -2e6, 5e6);
-    const double value = waves.at(kNoon, place);
+    const Eigen::Vector3d point(3e6, -2e6, 5e6);
+    const double value = waves.at(kNoon, point);
     mean += value / n;
     square += value * value / n;
-    later += value * waves.at(kNoon + 100.0, place) / n;
-    beside += value * waves.at(kNoon, place + Eigen::Vector3d(0, 500, 0)) / n;
-    far += value * waves.at(kNoon + 500.0, place) / n;
+    later += value * waves.at(kNoon + 100.0, point) / n;
+    beside += value * waves.at(kNoon, point + Eigen::Vector3d(0, 500, 0)) / n;
+    far += value * waves.at(kNoon + 500.0, point) / n;
   }
   EXPECT_NEAR(mean, 0, 0.05);
   EXPECT_NEAR(square, 1, 0.07);
@@ -70,7 +70,7 @@ TEST(RandomWaves, HaveTheirVarianceAndCorrelation) {
 }
 
 TEST(RandomWaves, AreTheSumOfTheirCosines) {
-  const Eigen::Vector3d place(3e6, -2e6, 5e6);
+  const Eigen::Vector3d point(3e6, -2e6, 5e6);
   RandomStream stream(3, "w");
   double sum = 0;
   for (int k = 0; k < 24; ++k) {
@@ -78,15 +78,15 @@ TEST(RandomWaves, AreTheSumOfTheirCosines) {
     Eigen::Vector3d radpm;
     for (int axis = 0; axis < 3; ++axis) radpm[axis] = stream.normal() / 1e6;
     const double phase_rad = 2 * geodesy::kPi * stream.uniform();
-    sum += std::cos(radps * (kNoon - GpsTime()) + radpm.dot(place) + phase_rad);
+    sum += std::cos(radps * (kNoon - GpsTime()) + radpm.dot(point) + phase_rad);
   }
   const RandomWaves waves(RandomStream(3, "w"), 3600, 1e6);
-  EXPECT_NEAR(waves.at(kNoon, place), sum * std::sqrt(2.0 / 24), 1e-9);
+  EXPECT_NEAR(waves.at(kNoon, point), sum * std::sqrt(2.0 / 24), 1e-9);
 }
 
 // The published signal-in-space range errors are reproduced, system by system.
 TEST(SpaceErrors, OrbitsAndClocksHaveTheDeviationOfTheirSystem) {
-  const Eigen::Vector3d place = kFrame.ecef_from_local({0, 0, 0});
+  const Eigen::Vector3d point = kFrame.ecef_from_local({0, 0, 0});
   for (const auto& [id, sigma_m] :
        std::vector<std::pair<gnss::SatelliteId, double>>{{{gnss::System::GPS, 5}, 0.6},
                                                          {{gnss::System::Galileo, 5}, 0.2},
@@ -94,7 +94,7 @@ TEST(SpaceErrors, OrbitsAndClocksHaveTheDeviationOfTheirSystem) {
     std::vector<double> values;
     for (std::uint64_t seed = 1; seed <= 1000; ++seed) {
       const SpaceErrors errors({}, seed, std::vector{id}, {});
-      values.push_back(delays_of(errors, line_of(id, place, 40, 50), kNoon, place).orbit_clock_m);
+      values.push_back(delays_of(errors, line_of(id, point, 40, 50), kNoon, point).orbit_clock_m);
     }
     EXPECT_NEAR(root_mean_square(values) / sigma_m, 1, 0.2) << gnss::to_string(id);
   }
@@ -104,15 +104,15 @@ TEST(SpaceErrors, AreTheSameForAllWhoAsk) {
   const gnss::SatelliteId id{gnss::System::GPS, 7};
   const SpaceErrors a({}, 3, std::vector{id}, kKlobuchar);
   const SpaceErrors b({}, 3, std::vector{gnss::SatelliteId{gnss::System::GPS, 2}, id}, kKlobuchar);
-  const Eigen::Vector3d place = kFrame.ecef_from_local({0, 0, 0});
-  const orbit::LineOfSight line = line_of(id, place, 120, 30);
-  (void)delays_of(b, line, kNoon + 500.0, place);
-  const SpaceDelays first = delays_of(a, line, kNoon, place), second = delays_of(b, line, kNoon, place);
+  const Eigen::Vector3d point = kFrame.ecef_from_local({0, 0, 0});
+  const orbit::LineOfSight line = line_of(id, point, 120, 30);
+  (void)delays_of(b, line, kNoon + 500.0, point);
+  const SpaceDelays first = delays_of(a, line, kNoon, point), second = delays_of(b, line, kNoon, point);
   EXPECT_EQ(first.orbit_clock_m, second.orbit_clock_m);
   EXPECT_EQ(first.ionosphere_m, second.ionosphere_m);
   EXPECT_EQ(first.troposphere_m, second.troposphere_m);
   EXPECT_NE(first.ionosphere_m,
-            delays_of(SpaceErrors({}, 4, std::vector{id}, kKlobuchar), line, kNoon, place).ionosphere_m);
+            delays_of(SpaceErrors({}, 4, std::vector{id}, kKlobuchar), line, kNoon, point).ionosphere_m);
 }
 
 // The errors of a base and a rover nearly cancel over 1 km, and do not over 50 km.
@@ -121,10 +121,10 @@ TEST(SpaceErrors, CancelOverShortBaselines) {
   std::map<double, std::array<std::vector<double>, 3>> left;
   for (std::uint64_t seed = 1; seed <= 300; ++seed) {
     const SpaceErrors errors({}, seed, std::vector{id}, kKlobuchar);
-    const auto beside_model = [&](const Eigen::Vector3d& place) {
-      const orbit::LineOfSight line = line_of(id, place, 120, 40);
-      const geodesy::Geodetic at = geodesy::geodetic_from_ecef(place);
-      SpaceDelays delays = delays_of(errors, line, kNoon, place);
+    const auto beside_model = [&](const Eigen::Vector3d& point) {
+      const orbit::LineOfSight line = line_of(id, point, 120, 40);
+      const geodesy::Geodetic at = geodesy::geodetic_from_ecef(point);
+      SpaceDelays delays = delays_of(errors, line, kNoon, point);
       delays.ionosphere_m -= klobuchar_delay_m(kKlobuchar.begin()->second, kNoon, at, line.azimuth_rad,
                                                line.elevation_rad, gnss::kL1_hz);
       delays.troposphere_m -= saastamoinen_delay_m(at, line.elevation_rad);
@@ -151,10 +151,10 @@ TEST(SpaceErrors, CancelOverShortBaselines) {
 TEST(SpaceErrors, HaveNoIonosphereWithoutAModel) {
   const gnss::SatelliteId id{gnss::System::GPS, 7};
   const SpaceErrors errors({}, 3, std::vector{id}, {});
-  const Eigen::Vector3d place = kFrame.ecef_from_local({0, 0, 0});
+  const Eigen::Vector3d point = kFrame.ecef_from_local({0, 0, 0});
   EXPECT_FALSE(errors.has_ionosphere());
-  EXPECT_EQ(delays_of(errors, line_of(id, place, 120, 40), kNoon, place).ionosphere_m, 0);
-  EXPECT_GT(delays_of(errors, line_of(id, place, 120, 40), kNoon, place).troposphere_m, 2);
+  EXPECT_EQ(delays_of(errors, line_of(id, point, 120, 40), kNoon, point).ionosphere_m, 0);
+  EXPECT_GT(delays_of(errors, line_of(id, point, 120, 40), kNoon, point).troposphere_m, 2);
 }
 
 TEST(SpaceErrors, RefuseWhatIsOutOfRange) {

@@ -42,9 +42,9 @@ std::string span_text(GpsTime first, GpsTime last) {
                      last - first);
 }
 
-std::string place_text(const geodesy::Geodetic& place) {
-  return fmt::format("{:.6f}, {:.6f} deg, {:.1f} m", geodesy::degrees(place.latitude_rad),
-                     geodesy::degrees(place.longitude_rad), place.height_m);
+std::string position_text(const geodesy::Geodetic& position) {
+  return fmt::format("{:.6f}, {:.6f} deg, {:.1f} m", geodesy::degrees(position.latitude_rad),
+                     geodesy::degrees(position.longitude_rad), position.height_m);
 }
 
 /// "GPS 9, BeiDou 12".
@@ -93,8 +93,8 @@ FileReport inspect_city(const std::filesystem::path& path) {
                               size.y(), summary.bounds.min.z(), summary.bounds.max.z()));
     report.contents.emplace_back("highest roof", fmt::format("{:.1f} m", summary.highest_roof_m));
   }
-  report.contents.emplace_back(
-      "origin", !loaded.placed ? "not in the file: city.origin" : place_text(city.frame.origin()));
+  report.contents.emplace_back("origin", !loaded.is_georeferenced ? "not in the file: city.origin"
+                                                                  : position_text(city.frame.origin()));
   return report;
 }
 
@@ -160,7 +160,7 @@ FileReport inspect_map(const std::filesystem::path& path) {
     report.contents.emplace_back("time", span_text(map.times().front(), map.times().back()));
   report.contents.emplace_back("altitudes", fmt::format("{} m", fmt::join(map.altitudes_m(), ", ")));
   report.contents.emplace_back("receiver", map.motion());
-  report.contents.emplace_back("origin", place_text(map.frame().origin()));
+  report.contents.emplace_back("origin", position_text(map.frame().origin()));
   return report;
 }
 
@@ -202,7 +202,7 @@ FileReport inspect_observations(const std::filesystem::path& path) {
   if (!file.header.receiver.empty()) report.contents.emplace_back("receiver", file.header.receiver);
   if (file.header.approximate_position_ecef) {
     report.contents.emplace_back(
-        "position", place_text(geodesy::geodetic_from_ecef(*file.header.approximate_position_ecef)));
+        "position", position_text(geodesy::geodetic_from_ecef(*file.header.approximate_position_ecef)));
   }
   return report;
 }
@@ -271,10 +271,10 @@ FileReport inspect_rtcm(const std::filesystem::path& path) {
   report.contents.emplace_back("epochs", fmt::format("{} (the file has no date)", file.epochs.size()));
   report.contents.emplace_back("satellites", satellites_text(satellites));
   report.contents.emplace_back("messages", fmt::format("{}", fmt::join(messages, ", ")));
-  const Eigen::Vector3d place =
+  const Eigen::Vector3d point =
       file.epochs.empty() ? Eigen::Vector3d::Zero().eval() : file.epochs.back()->station_ecef;
-  if (!place.isZero())
-    report.contents.emplace_back("station", place_text(geodesy::geodetic_from_ecef(place)));
+  if (!point.isZero())
+    report.contents.emplace_back("station", position_text(geodesy::geodetic_from_ecef(point)));
   report.notes.say(ReadReport::Level::Loss, file.status.warnings());
   return report;
 }
@@ -307,9 +307,9 @@ FileReport inspect_path(const std::filesystem::path& path, const std::string& fo
                     {},
                     {fmt::format("trajectory: {{file: FILE, format: {}{}}} in a scenario", format,
                                  timed ? "" : ", speed_mps: 10")}};
-  const auto say_places = [&](const geodesy::Geodetic& first, const geodesy::Geodetic& last) {
-    report.contents.emplace_back("first point", place_text(first));
-    report.contents.emplace_back("last point", place_text(last));
+  const auto format_positions = [&](const geodesy::Geodetic& first, const geodesy::Geodetic& last) {
+    report.contents.emplace_back("first point", position_text(first));
+    report.contents.emplace_back("last point", position_text(last));
   };
   if (timed) {
     simulation::keep_rising(recorded);
@@ -326,11 +326,11 @@ FileReport inspect_path(const std::filesystem::path& path, const std::string& fo
                         : fmt::format("{} points", count));
     report.contents.emplace_back("interval", fmt::format("{:g} s", way.sample_interval_s()));
     report.contents.emplace_back("length", fmt::format("{:.0f} m", way.length_m()));
-    say_places(way.at(way.begin()).position, way.at(way.end()).position);
+    format_positions(way.at(way.begin()).position, way.at(way.end()).position);
     recorded.report = file.report;
   } else {
     report.contents.emplace_back("points", fmt::format("{}, without times", recorded.points.size()));
-    say_places(recorded.points.front().place, recorded.points.back().place);
+    format_positions(recorded.points.front().position, recorded.points.back().position);
   }
   notes.append(recorded.report);
   report.notes = std::move(notes);

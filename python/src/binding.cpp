@@ -72,9 +72,9 @@ py::array_t<double> array_of(const Eigen::Vector3d& v) {
   return read_only(py::array_t<double>({py::ssize_t{3}}, v.data()));
 }
 
-py::tuple degrees_of(const geodesy::Geodetic& place) {
-  return py::make_tuple(geodesy::degrees(place.latitude_rad), geodesy::degrees(place.longitude_rad),
-                        place.height_m);
+py::tuple degrees_of(const geodesy::Geodetic& position) {
+  return py::make_tuple(geodesy::degrees(position.latitude_rad), geodesy::degrees(position.longitude_rad),
+                        position.height_m);
 }
 
 }  // namespace canyon::python

@@ -127,6 +127,6 @@ class Points {
 /// Read-only.
 [[nodiscard]] py::array_t<double> array_of(const Eigen::Vector3d& v);
 /// (latitude [deg], longitude [deg], height [m]).
-[[nodiscard]] py::tuple degrees_of(const geodesy::Geodetic& place);
+[[nodiscard]] py::tuple degrees_of(const geodesy::Geodetic& position);
 
 }  // namespace canyon::python

@@ -17,13 +17,13 @@ using simulation::CityScene;
 using CityPtr = std::shared_ptr<CityScene>;
 
 /// A city with queries: rays, terrain, containment. The engine's arrays in, arrays out.
-py::array placements(const CityScene& self, const py::object& places) {
-  const Points points(places, "places");
+py::array containments(const CityScene& self, const py::object& positions) {
+  const Points points(positions, "places");
   std::vector<std::uint8_t> result(points.size());
   {
     const py::gil_scoped_release release;
     for (std::size_t i = 0; i < points.size(); ++i)
-      result[i] = static_cast<std::uint8_t>(self.scene.placement(points.span()[i]));
+      result[i] = static_cast<std::uint8_t>(self.scene.containment(points.span()[i]));
   }
   return owning_array(std::move(result));
 }
@@ -56,8 +56,8 @@ py::dict cast(const CityScene& self, const py::object& from, const py::object& t
                   "normal"_a = owning_array(std::move(normal), {rows, 3}));
 }
 
-py::array terrain(const CityScene& self, const py::object& places) {
-  const Points points(places, "places");
+py::array terrain(const CityScene& self, const py::object& positions) {
+  const Points points(positions, "places");
   std::vector<double> result;
   for (const Eigen::Vector3d& p : points.span())
     result.push_back(self.scene.terrain_height(p.x(), p.y()).value_or(kNan));
@@ -148,10 +148,10 @@ True)")
       .def_static(
           "load",
           [](const std::filesystem::path& path, const py::object& origin) {
-            std::optional<geodesy::Geodetic> place;
-            if (!origin.is_none()) place = place_of(origin, "origin");
+            std::optional<geodesy::Geodetic> position;
+            if (!origin.is_none()) position = position_of(origin, "origin");
             return scene_of(
-                [&] { return simulation::load_city(simulation::city_config(path.string(), place)); });
+                [&] { return simulation::load_city(simulation::city_config(path.string(), position)); });
           },
           "path"_a, "origin"_a = py::none(), R"(A city of any file that Canyon reads, by its name.
 
@@ -244,7 +244,7 @@ files : path or list of paths
           "(m,) array: Index into :data:`canyon.MATERIALS` of each triangle. Read-only, not copied.")
       .def("object_of", &object_of_triangle, "triangle"_a,
            "The CityObject of a triangle, by its index into :attr:`triangles`.")
-      .def("placement", &placements, "places"_a,
+      .def("placement", &containments, "places"_a,
            "Containment of positions (n, 3), east, north, up [m]: free, inside a building or under the "
            "terrain: "
            "indices into :data:`canyon.PLACEMENTS`.")
@@ -264,11 +264,11 @@ dict
     ``range_m`` (n,), NaN without a hit; ``triangle`` (n,), -1 without; ``normal`` (n, 3).)")
       .def(
           "enu_of",
-          [](const CityScene& self, const py::object& places) {
-            return converted(places, "places", [&](const Eigen::Vector3d& p) {
-              const auto place = geodesy::Geodetic::from_degrees(p.x(), p.y(), p.z());
-              geodesy::check_geodetic(place, "a place");
-              return self.city.frame.local_from_geodetic(place);
+          [](const CityScene& self, const py::object& points) {
+            return converted(points, "places", [&](const Eigen::Vector3d& p) {
+              const auto position = geodesy::Geodetic::from_degrees(p.x(), p.y(), p.z());
+              geodesy::check_geodetic(position, "a place");
+              return self.city.frame.local_from_geodetic(position);
             });
           },
           "places"_a, "East, north, up [m] of (latitude_deg, longitude_deg, height_m), (3,) or (n, 3).")
@@ -276,9 +276,9 @@ dict
           "geodetic_of",
           [](const CityScene& self, const py::object& enu) {
             return converted(enu, "places", [&](const Eigen::Vector3d& p) {
-              const geodesy::Geodetic place = self.city.frame.geodetic_from_local(p);
-              return Eigen::Vector3d(geodesy::degrees(place.latitude_rad),
-                                     geodesy::degrees(place.longitude_rad), place.height_m);
+              const geodesy::Geodetic position = self.city.frame.geodetic_from_local(p);
+              return Eigen::Vector3d(geodesy::degrees(position.latitude_rad),
+                                     geodesy::degrees(position.longitude_rad), position.height_m);
             });
           },
           "enu"_a, "(latitude_deg, longitude_deg, height_m) of east, north, up [m], (3,) or (n, 3).")

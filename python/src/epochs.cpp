@@ -166,7 +166,8 @@ void bind_epochs(py::module_& m) {
           "reason",
           [](const E& e) {
             const positioning::Fix& fix = e.epoch.observed.fix;
-            return fix.solved() ? std::string() : std::string(output::no_fix_reason(fix, e.epoch.placement));
+            return fix.solved() ? std::string()
+                                : std::string(output::no_fix_reason(fix, e.epoch.containment));
           },
           "Reason why there is no fix.")
       .def_property_readonly(
@@ -196,7 +197,7 @@ void bind_epochs(py::module_& m) {
       .def_property_readonly("tracked", [](const E& e) { return e.epoch.observed.visible; })
       .def_property_readonly("not_tracked", [](const E& e) { return e.epoch.observed.blocked; })
       .def_property_readonly(
-          "placement", [](const E& e) { return std::string(output::placement_word(e.epoch.placement)); })
+          "placement", [](const E& e) { return std::string(output::containment_word(e.epoch.containment)); })
       .def_property_readonly("faults", [](const E& e) { return e.epoch.faults; })
       .def("__reduce__",
            [](const E& /*epoch*/) -> py::object {

@@ -144,20 +144,20 @@ positioning::Fix solve(const Held& solver, geodesy::GpsTime time,
     start = start.norm() > 0 ? start.normalized() * 6.371e6 : Eigen::Vector3d(6.371e6, 0, 0);
   }
   for (positioning::RangedSatellite& s : satellites)
-    for (int i = 0; i < 3; ++i) positioning::place_satellite(s, start);
+    for (int i = 0; i < 3; ++i) positioning::update_satellite_geometry(s, start);
   if (own.solved()) positioning::look_up(satellites, start, time, options, klobuchar);
   std::erase_if(satellites, [](const auto& s) { return !s.above_mask; });
 
   const py::gil_scoped_acquire gil;
   Problem problem;
   problem.time = time;
-  std::vector<double> places;
+  std::vector<double> points;
   for (const positioning::RangedSatellite& s : satellites) {
     problem.satellites.push_back(gnss::to_string(s.measured->id));
-    places.insert(places.end(), {s.position.x(), s.position.y(), s.position.z()});
+    points.insert(points.end(), {s.position.x(), s.position.y(), s.position.z()});
   }
   const auto n = static_cast<py::ssize_t>(satellites.size());
-  problem.position_ecef_m = owning_array(std::move(places), {n, 3});
+  problem.position_ecef_m = owning_array(std::move(points), {n, 3});
   problem.range_m = numbers(satellites, [](const auto& s) { return s.pseudorange_m - s.space_m; });
   problem.sigma_m = numbers(satellites, [](const auto& s) { return s.sigma_m; });
   problem.cn0_dbhz = numbers(satellites, [](const auto& s) { return s.measured->cn0_dbhz.value_or(kNan); });
@@ -289,7 +289,8 @@ void bind_models(py::module_& m) {
       .def_property_readonly("velocity_ecef_mps",
                              [](const A& a) { return array_of(a.antenna().velocity_ecef); })
       .def_property_readonly(
-          "placement", [](const A& a) { return std::string(output::placement_word(a.arrival().placement)); })
+          "placement",
+          [](const A& a) { return std::string(output::containment_word(a.arrival().containment)); })
       .def_property_readonly("satellites",
                              [](const A& a) {
                                std::vector<LentView> views;

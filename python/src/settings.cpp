@@ -287,11 +287,11 @@ py::object datetime(geodesy::GpsTime t) {
   return py::module_::import("numpy").attr("datetime64")(unix_ns(t), "ns");
 }
 
-geodesy::Geodetic place_of(const py::object& object, const char* what) {
+geodesy::Geodetic position_of(const py::object& object, const char* what) {
   const Eigen::Vector3d v = vector3(object, what);
-  const geodesy::Geodetic place = geodesy::Geodetic::from_degrees(v.x(), v.y(), v.z());
-  geodesy::check_geodetic(place, what);
-  return place;
+  const geodesy::Geodetic position = geodesy::Geodetic::from_degrees(v.x(), v.y(), v.z());
+  geodesy::check_geodetic(position, what);
+  return position;
 }
 
 ScenarioPtr scenario_of(const py::object& object) {

@@ -59,7 +59,7 @@ using ScenarioPtr = std::shared_ptr<ScenarioTree>;
 [[nodiscard]] py::object datetimes(std::vector<std::int64_t>&& unix_ns);
 [[nodiscard]] py::object datetime(geodesy::GpsTime t);
 /// (latitude_deg, longitude_deg, height_m)
-[[nodiscard]] geodesy::Geodetic place_of(const py::object& object, const char* what);
+[[nodiscard]] geodesy::Geodetic position_of(const py::object& object, const char* what);
 
 /// A sky with the satellites that it may have.
 struct SkyHandle {

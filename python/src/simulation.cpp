@@ -240,14 +240,14 @@ void bind_simulation(py::module_& m) {
       .def(
           "antenna",
           [](const Simulation& self, const py::object& times, std::size_t receiver) {
-            std::vector<double> places;
+            std::vector<double> points;
             for (const geodesy::GpsTime t : times_of(times)) {
               const Eigen::Vector3d p = self.environment().city().frame.local_from_geodetic(
                   self.antenna_pose(receiver, t).position);
-              places.insert(places.end(), {p.x(), p.y(), p.z()});
+              points.insert(points.end(), {p.x(), p.y(), p.z()});
             }
-            const auto rows = static_cast<py::ssize_t>(places.size() / 3);
-            return owning_array(std::move(places), {rows, 3});
+            const auto rows = static_cast<py::ssize_t>(points.size() / 3);
+            return owning_array(std::move(points), {rows, 3});
           },
           "times"_a, "receiver"_a = 0,
           "Positions of a receiver's antenna at times: east, north, up [m], (n, 3).")

@@ -14,7 +14,7 @@ std::vector<std::string> names_of(const std::vector<gnss::SatelliteId>& ids) {
 /// Azimuth, elevation, range and position of every satellite at every time, from one position.
 py::dict look(const SkyHandle& self, const py::object& when, const py::object& where) {
   const std::vector<geodesy::GpsTime> times = times_of(when);
-  const orbit::Observer observer(geodesy::ecef_from_geodetic(place_of(where, "the place")));
+  const orbit::Observer observer(geodesy::ecef_from_geodetic(position_of(where, "the place")));
   const std::size_t n = times.size() * self.satellites.size();
   std::vector<double> azimuth(n, kNan), elevation(n, kNan), range(n, kNan), position(3 * n, kNan);
   {
@@ -74,13 +74,13 @@ Examples
 >>> look = sky.look("2026-06-01T08:00:00Z", (48.1, 11.6, 520))
 >>> look["elevation_rad"].shape == (1, len(sky.satellites))
 True)")
-      .def(py::init([](const py::object& begin, const py::object& end, const py::object& place,
+      .def(py::init([](const py::object& begin, const py::object& end, const py::object& position,
                        const py::kwargs& settings) {
              const geodesy::GpsTime from = time_of(begin);
              SkyPtr sky =
                  sky_of(tree_of(settings.empty() ? py::dict("nominal"_a = true) : py::dict(settings)),
                         std::filesystem::current_path(), from, end.is_none() ? from : time_of(end),
-                        place.is_none() ? geodesy::Geodetic{} : place_of(place, "place"));
+                        position.is_none() ? geodesy::Geodetic{} : position_of(position, "place"));
              warn_of(sky->built.report);
              return sky;
            }),

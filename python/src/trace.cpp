@@ -13,7 +13,7 @@ using simulation::TracedSatellite;
 
 /// A path in NumPy's layout.
 struct PathRow {
-  std::uint32_t place, satellite;
+  std::uint32_t point_index, satellite;
   std::uint8_t kind, order;
   double excess_m;
   std::array<double, 3> arrival, point, far_point;
@@ -35,7 +35,7 @@ class Tracer {
     if ((sky == nullptr) == directions.is_none() || (sky != nullptr && when.is_none()))
       throw py::type_error("give a sky with times, or directions");
     if (sky == nullptr) return towards(where, directions, threads, with_paths);
-    const Points places(where, "places");
+    const Points points(where, "places");
     const std::vector<geodesy::GpsTime> times = times_of(when);
     std::vector<gnss::SatelliteId> satellites = sky->satellites;
     if (!whom.is_none()) {
@@ -49,17 +49,17 @@ class Tracer {
       }
     }
     const simulation::Environment environment(scene_, sky->built.sky, sky->built.navigation.klobuchar);
-    return run(places, satellites.size(), threads, with_paths, [&](auto& rows, const auto& options) {
-      simulation::trace_places(environment, propagator_, times, places.span(), satellites, rows, options);
+    return run(points, satellites.size(), threads, with_paths, [&](auto& rows, const auto& options) {
+      simulation::trace_points(environment, propagator_, times, points.span(), satellites, rows, options);
     });
   }
 
  private:
   py::object towards(const py::object& where, const py::object& whither, int threads, bool with_paths) const {
-    const Points places(where, "places"), directions(whither, "directions");
+    const Points points(where, "places"), directions(whither, "directions");
     const simulation::Environment environment(scene_, std::make_shared<NoSky>());
-    return run(places, directions.size(), threads, with_paths, [&](auto& rows, const auto& options) {
-      simulation::trace_places(environment, propagator_, places.span(), directions.span(), rows, options);
+    return run(points, directions.size(), threads, with_paths, [&](auto& rows, const auto& options) {
+      simulation::trace_points(environment, propagator_, points.span(), directions.span(), rows, options);
     });
   }
 
@@ -74,13 +74,13 @@ class Tracer {
   };
 
   template <typename Trace>
-  static py::object run(const Points& places, std::size_t satellites, int threads, bool with_paths,
+  static py::object run(const Points& points, std::size_t satellites, int threads, bool with_paths,
                         const Trace& trace) {
-    std::vector<TracedSatellite> rows(places.size() * satellites);
+    std::vector<TracedSatellite> rows(points.size() * satellites);
     std::vector<simulation::TracedPath> paths;
     // Ctrl-C returns no partial table: callers can request parts.
     (void)interruptible([&](Signals& signals) {
-      simulation::TracePlacesOptions options;
+      simulation::TracePointsOptions options;
       options.threads = threads;
       if (with_paths) options.paths = &paths;
       options.progress = [&](std::size_t, std::size_t) { signals.look(); };
@@ -88,14 +88,14 @@ class Tracer {
       return true;
     });
     py::array table = owning_array(
-        std::move(rows), {static_cast<py::ssize_t>(places.size()), static_cast<py::ssize_t>(satellites)});
+        std::move(rows), {static_cast<py::ssize_t>(points.size()), static_cast<py::ssize_t>(satellites)});
     if (!with_paths) return table;
     std::vector<PathRow> path_rows;
     path_rows.reserve(paths.size());
     const auto three = [](const Eigen::Vector3d& v) { return std::array<double, 3>{v.x(), v.y(), v.z()}; };
     for (const simulation::TracedPath& each : paths) {
       const propagation::Path& path = each.path;
-      path_rows.push_back({each.place, each.satellite, static_cast<std::uint8_t>(path.kind), path.order,
+      path_rows.push_back({each.point_index, each.satellite, static_cast<std::uint8_t>(path.kind), path.order,
                            path.excess_m, three(path.arrival), three(path.point), three(path.far_point),
                            path.incidence_rad(), path.foliage_depth_m});
     }
@@ -110,8 +110,8 @@ class Tracer {
 
 void bind_trace(py::module_& m) {
   PYBIND11_NUMPY_DTYPE(TracedSatellite, azimuth_rad, elevation_rad, excess_m, visibility, above_horizon,
-                       placement, paths);
-  PYBIND11_NUMPY_DTYPE(PathRow, place, satellite, kind, order, excess_m, arrival, point, far_point,
+                       containment, paths);
+  PYBIND11_NUMPY_DTYPE(PathRow, point_index, satellite, kind, order, excess_m, arrival, point, far_point,
                        incidence_rad, foliage_depth_m);
   py::class_<Tracer>(m, "Tracer", R"(Traces satellites in one city. Its facets are prepared once.
 

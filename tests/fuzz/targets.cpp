@@ -378,7 +378,7 @@ void receive_ubx(const fs::path& path) {
 template <simulation::PoseFormat kFormat>
 void receive_poses(const fs::path& path) {
   const std::string bytes = test::read_bytes(path);
-  const geodesy::LocalFrame frame(test::sample_place());
+  const geodesy::LocalFrame frame(test::sample_point());
   simulation::PoseSourceOptions options;
   options.format = kFormat;
   options.axes = simulation::WorldAxes::NED;
@@ -430,7 +430,7 @@ void take_commands(const fs::path& path) {
       "commands", {false});
   static simulation::LiveReceiver rover(simulation::LiveConfig(scenario),
                                         std::make_shared<simulation::CityScene>(city::City{
-                                            "open", geodesy::LocalFrame(test::sample_place()), {}, {}}),
+                                            "open", geodesy::LocalFrame(test::sample_point()), {}, {}}),
                                         *scenario.start);
   static const live::SessionFigures figures;
   const auto commands =
@@ -450,7 +450,7 @@ void take_questions(const fs::path& path) {
       "trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}\n",
       "questions", {});
   static const auto scene = std::make_shared<simulation::CityScene>(
-      city::City{"open", geodesy::LocalFrame(test::sample_place()), {}, {}});
+      city::City{"open", geodesy::LocalFrame(test::sample_point()), {}, {}});
   static const simulation::Simulation simulation(scenario, scene);
   static view::Probe probe(simulation, scene, 12);
   const std::string text = test::read_bytes(path);

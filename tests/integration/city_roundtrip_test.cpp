@@ -27,11 +27,11 @@ namespace canyon {
 namespace {
 
 constexpr int kSatellites = 24;
-constexpr int kPlaces = 100;
+constexpr int kPositions = 100;
 
 /// The arrivals at random points (by a seed) in a city.
 std::vector<propagation::Arrival> arrivals(const city::City& city,
-                                           const std::vector<Eigen::Vector3d>& places) {
+                                           const std::vector<Eigen::Vector3d>& points) {
   std::mt19937_64 random(42);
   std::uniform_real_distribution<double> share(0, 1);
   std::vector<double> azimuths;
@@ -46,28 +46,28 @@ std::vector<propagation::Arrival> arrivals(const city::City& city,
   options.ground_reflection = true;
   const propagation::Propagator propagator = environment.make_propagator(options);
   std::vector<propagation::Arrival> result;
-  for (const Eigen::Vector3d& place : places) {
-    result.push_back(environment.arrival(geodesy::GpsTime::from_week(2100, 0), place, propagator));
+  for (const Eigen::Vector3d& point : points) {
+    result.push_back(environment.arrival(geodesy::GpsTime::from_week(2100, 0), point, propagator));
   }
   return result;
 }
 
 /// Free points 2 m above the lowest ground.
-std::vector<Eigen::Vector3d> places_in(const city::City& city) {
+std::vector<Eigen::Vector3d> points_in(const city::City& city) {
   const city::Box bounds = city.bounds();
   const raytrace::RayScene scene(city.mesh);
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> share(0.1, 0.9);
-  std::vector<Eigen::Vector3d> places;
-  for (int tries = 0; tries < 100 * kPlaces && places.size() < kPlaces; ++tries) {
-    Eigen::Vector3d place = bounds.min;
+  std::vector<Eigen::Vector3d> points;
+  for (int tries = 0; tries < 100 * kPositions && points.size() < kPositions; ++tries) {
+    Eigen::Vector3d point = bounds.min;
     for (int axis = 0; axis < 2; ++axis) {
-      place[axis] += share(random) * (bounds.max - bounds.min)[axis];
+      point[axis] += share(random) * (bounds.max - bounds.min)[axis];
     }
-    place.z() += 2;
-    if (scene.placement(place) == raytrace::Placement::Free) places.push_back(place);
+    point.z() += 2;
+    if (scene.containment(point) == raytrace::Containment::Free) points.push_back(point);
   }
-  return places;
+  return points;
 }
 
 struct Format {
@@ -100,21 +100,21 @@ std::vector<Format> formats() {
 }
 
 void expect_same_paths_through_all_formats(const city::City& city) {
-  const std::vector<Eigen::Vector3d> places = places_in(city);
-  ASSERT_GT(places.size(), 20U);
-  const auto expected = arrivals(city, places);
+  const std::vector<Eigen::Vector3d> points = points_in(city);
+  ASSERT_GT(points.size(), 20U);
+  const auto expected = arrivals(city, points);
   for (const Format& format : formats()) {
     SCOPED_TRACE(format.name);
     const canyon::test::TemporaryFolder folder;
     format.write(folder / format.name, city);
-    const auto actual = arrivals(format.read(folder / format.name, city.frame.origin()), places);
+    const auto actual = arrivals(format.read(folder / format.name, city.frame.origin()), points);
     ASSERT_EQ(actual.size(), expected.size());
     std::size_t views = 0;
     std::size_t paths = 0;
     std::size_t differing = 0;
     double worst_m = 0;
     for (std::size_t p = 0; p < expected.size(); ++p) {
-      EXPECT_EQ(actual[p].placement, expected[p].placement);
+      EXPECT_EQ(actual[p].containment, expected[p].containment);
       ASSERT_EQ(actual[p].views.size(), expected[p].views.size());
       for (std::size_t s = 0; s < expected[p].views.size(); ++s) {
         const auto& a = actual[p].views[s].paths;

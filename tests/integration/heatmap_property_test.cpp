@@ -187,8 +187,8 @@ Case draw_case(int number, const std::filesystem::path& folder) {
   const geodesy::LocalFrame frame(city.origin);
   const Eigen::Vector2d middle(request.grid.west_m + across * spacing_m / 2,
                                request.grid.south_m + across * spacing_m / 2);
-  const Vector3d place(middle.x(), middle.y(), request.altitudes_m.front());
-  scenario.trajectory.waypoints = {frame.geodetic_from_local(place)};
+  const Vector3d point(middle.x(), middle.y(), request.altitudes_m.front());
+  scenario.trajectory.waypoints = {frame.geodetic_from_local(point)};
   if (dice.chance(0.3)) {
     // The map uses satellites above the mask at the tile's centre. At a fix 1 km off, up is rotated by 2e-4
     // rad.
@@ -196,7 +196,7 @@ Case draw_case(int number, const std::filesystem::path& folder) {
     const simulation::BuiltSky sky =
         simulation::build_sky(scenario.sky, drawn.time, drawn.time, scenario.trajectory.waypoints.front());
     receiver.options.fix.elevation_mask_rad =
-        mask_below_a_satellite(dice, *sky.sky, drawn.time, frame.ecef_from_local(place), margin_rad,
+        mask_below_a_satellite(dice, *sky.sky, drawn.time, frame.ecef_from_local(point), margin_rad,
                                receiver.options.fix.elevation_mask_rad);
   }
   return drawn;
@@ -234,10 +234,10 @@ simulation::Simulation receivers_at_cells(const Case& drawn, const geodesy::Loca
   for (std::uint32_t row = 0; row < grid.rows; ++row) {
     for (std::uint32_t column = 0; column < grid.columns; ++column) {
       const Eigen::Vector2d centre = grid.centre(column, row);
-      const Vector3d place(centre.x(), centre.y(), drawn.request.altitudes_m.front());
+      const Vector3d point(centre.x(), centre.y(), drawn.request.altitudes_m.front());
       simulation::ReceiverConfig receiver = one;
       receiver.lever_arm_m = geodesy::enu_from_ecef_rotation(mast) *
-                             (frame.ecef_from_local(place) - geodesy::ecef_from_geodetic(mast));
+                             (frame.ecef_from_local(point) - geodesy::ecef_from_geodetic(mast));
       scenario.receivers.push_back(receiver);
     }
   }
@@ -256,7 +256,7 @@ struct Answer {
 Answer answer_of(const simulation::Epoch& epoch, const simulation::Simulation& simulation,
                  const receiver::ReceiverOptions& options) {
   Answer answer;
-  answer.free = epoch.placement == raytrace::Placement::Free;
+  answer.free = epoch.containment == raytrace::Containment::Free;
   answer.visible = epoch.observed.visible;
   positioning::Fix fix = epoch.observed.fix;
   if (options.noise.enabled && answer.free) {
@@ -308,13 +308,13 @@ std::string words(const Answer& a) {
 
 /// Whether arrivals change within 1 mm of a point: at the edge of a shadow or wall both results are accepted.
 bool at_an_edge(const simulation::Environment& environment, const propagation::PropagationOptions& options,
-                geodesy::GpsTime time, const Vector3d& place) {
+                geodesy::GpsTime time, const Vector3d& point) {
   const propagation::Propagator propagator = environment.make_propagator(options);
   const geodesy::LocalFrame& frame = environment.city().frame;
   const auto look = [&](const Vector3d& at) {
     std::vector<Vector3d> directions;
     for (const gnss::SatelliteId id : environment.sky().satellites()) {
-      const auto line = orbit::line_of_sight(environment.sky(), id, time, frame.ecef_from_local(place));
+      const auto line = orbit::line_of_sight(environment.sky(), id, time, frame.ecef_from_local(point));
       if (!line || !(line->elevation_rad > 0)) continue;
       directions.emplace_back(frame.ecef_from_local_rotation().transpose() * line->direction_ecef);
     }
@@ -322,10 +322,10 @@ bool at_an_edge(const simulation::Environment& environment, const propagation::P
     propagator.trace(at, directions, paths);
     return paths;
   };
-  const auto here = look(place);
+  const auto here = look(point);
   for (const Vector3d& step : {Vector3d(1e-3, 0, 0), Vector3d(-1e-3, 0, 0), Vector3d(0, 1e-3, 0),
                                Vector3d(0, -1e-3, 0), Vector3d(0, 0, 1e-3), Vector3d(0, 0, -1e-3)}) {
-    const auto there = look(place + step);
+    const auto there = look(point + step);
     for (std::size_t i = 0; i < here.size(); ++i) {
       if (here[i].visibility != there[i].visibility || here[i].paths.size() != there[i].paths.size())
         return true;

@@ -66,7 +66,7 @@ TEST_P(HeatmapBesideReceivers, CellsAreWhatAReceiverThereFinds) {
   heatmap::write_netcdf(folder / "map.nc", source);
   const heatmap::StoredMap stored(folder / "map.nc");
 
-  int places = 0, alike = 0, indoors = 0;
+  int points = 0, alike = 0, indoors = 0;
   double worst_m = 0;
   for (std::uint32_t row = 1; row < request.grid.rows; row += 4) {
     for (std::uint32_t column = 2; column < request.grid.columns; column += 4) {
@@ -79,13 +79,13 @@ TEST_P(HeatmapBesideReceivers, CellsAreWhatAReceiverThereFinds) {
       one.run({&recorder});
       ASSERT_EQ(recorder.epochs.size(), 1U);
       const simulation::Epoch& epoch = recorder.epochs.front();
-      if (epoch.placement != raytrace::Placement::Free) {
+      if (epoch.containment != raytrace::Containment::Free) {
         EXPECT_EQ(answer->state, CellState::InsideBuilding) << centre.transpose();
         ++indoors;
         continue;
       }
       EXPECT_EQ(answer->state, CellState::Computed) << centre.transpose();
-      ++places;
+      ++points;
       const positioning::Fix& fix = epoch.observed.fix;
       const bool counts = answer->values[3] == static_cast<float>(epoch.observed.visible) &&
                           answer->values[4] == static_cast<float>(fix.used.size());
@@ -103,12 +103,12 @@ TEST_P(HeatmapBesideReceivers, CellsAreWhatAReceiverThereFinds) {
       worst_m = std::max(worst_m, off_m);
     }
   }
-  std::cout << GetParam() << ": " << alike << " of " << places << " places alike, errors within " << worst_m
+  std::cout << GetParam() << ": " << alike << " of " << points << " places alike, errors within " << worst_m
             << " m; " << indoors << " indoors\n";
-  EXPECT_GE(places, 40);
+  EXPECT_GE(points, 40);
   EXPECT_GE(indoors, 5);
   // At an edge of a shadow both results are accepted; such cells are few.
-  EXPECT_GE(alike, places - places / 25);
+  EXPECT_GE(alike, points - points / 25);
   EXPECT_EQ(summary.missing, 0U);
   EXPECT_EQ(summary.cells, 2 * request.grid.cells());
   EXPECT_EQ(summary.in_state(CellState::Computed) + summary.in_state(CellState::InsideBuilding),

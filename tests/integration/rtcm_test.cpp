@@ -227,9 +227,10 @@ TEST(RtcmByConvbin, ReadsTheBaseOnAUbxLine) {
     convert(folder / "line.ubx", simulation.begin(), folder.path(), "judged");
     const auto theirs = rinex::read_rinex_observations(folder / "judged.obs", all);
     ASSERT_EQ(theirs.epochs.size(), ours.epochs.size());
-    const geodesy::Geodetic place{geodesy::radians(22.298), geodesy::radians(114.178), 20};
-    EXPECT_LT((theirs.header.approximate_position_ecef.value() - geodesy::ecef_from_geodetic(place)).norm(),
-              1e-3);
+    const geodesy::Geodetic position{geodesy::radians(22.298), geodesy::radians(114.178), 20};
+    EXPECT_LT(
+        (theirs.header.approximate_position_ecef.value() - geodesy::ecef_from_geodetic(position)).norm(),
+        1e-3);
     // Half a step of DF400 or DF405, and of RINEX.
     const double code_m = std::ldexp(geodesy::kSpeedOfLight * 1e-3, level == 4 ? -25 : -30) + 0.0011;
     std::size_t compared = 0;

@@ -184,7 +184,7 @@ class Dice {
   Value one_of(std::initializer_list<Value> values) {
     return *std::next(values.begin(), whole(0, static_cast<int>(values.size()) - 1));
   }
-  std::string place(double within_m) {
+  std::string random_position(double within_m) {
     return fmt::format("{{east_m: {:.1f}, north_m: {:.1f}, up_m: {:.1f}}}", between(-within_m, within_m),
                        between(-within_m, within_m), between(1, 4));
   }
@@ -216,10 +216,10 @@ std::string fault(Dice& dice, double duration_s) {
       return fmt::format("from_s: {:.1f}, receivers: [rover], restart: {{kind: {}}}", from_s,
                          dice.one_of({"hot", "warm"}));
     case 7:
-      return when + fmt::format("spoofing: {{position: {}, advantage_db: {:.1f}}}", dice.place(100),
+      return when + fmt::format("spoofing: {{position: {}, advantage_db: {:.1f}}}", dice.random_position(100),
                                 dice.between(0, 10));
     default:
-      return when + fmt::format("jamming: {{position: {}, preset: {}}}", dice.place(250),
+      return when + fmt::format("jamming: {{position: {}, preset: {}}}", dice.random_position(250),
                                 dice.one_of({"noise_l1", "privacy_l1", "noise_l1", "privacy_l1_l2"}));
   }
 }

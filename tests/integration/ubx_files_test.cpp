@@ -335,7 +335,7 @@ TEST_P(UbxForGpsd, IsRead) {
       const geodesy::GpsTime time = test::sample_time() + static_cast<double>(i);
       simulation::Epoch epoch =
           test::sample_signal_epoch(time, test::sample_time(), {0.1 * i, 2.0 - i, 0.5 * i});
-      if (i > 7 && i < 12) epoch = test::sample_epoch(time, test::sample_place(), {0, 0, 0}, false);
+      if (i > 7 && i < 12) epoch = test::sample_epoch(time, test::sample_point(), {0, 0, 0}, false);
       epoch.geoid_undulation_m = 39.625;
       sink->write(epoch);
       by_second[i] = epoch;

@@ -66,9 +66,9 @@ class Teller final : public simulation::EpochSink {
     read(output::TableKind::Signals, epoch);
     read(output::TableKind::Satellites, epoch);
     // 100 km to the north.
-    geodesy::Geodetic place = epoch.truth.position;
-    place.latitude_rad += geodesy::radians(0.9);
-    const auto moved = simulation::VirtualStation().move(epoch, geodesy::ecef_from_geodetic(place));
+    geodesy::Geodetic geodetic = epoch.truth.position;
+    geodetic.latitude_rad += geodesy::radians(0.9);
+    const auto moved = simulation::VirtualStation().move(epoch, geodesy::ecef_from_geodetic(geodetic));
     ASSERT_TRUE(moved);
     for (const receiver::SatelliteObservation& satellite : moved->observed.satellites) {
       if (!satellite.measurement || !satellite.measurement->carrier_phase_cycles) continue;
@@ -77,7 +77,7 @@ class Teller final : public simulation::EpochSink {
       told_.at_virtual_station[name] = {
           m.pseudorange_m, *m.carrier_phase_cycles * geodesy::kSpeedOfLight / m.carrier_frequency_hz};
       const auto line = orbit::line_of_sight(epoch.environment->sky(), satellite.id, epoch.truth.time,
-                                             geodesy::ecef_from_geodetic(place));
+                                             geodesy::ecef_from_geodetic(geodetic));
       told_.sine_there[name] = std::sin(line->elevation_rad);
     }
     if (const auto segment = interpolator_->next(epoch)) {
@@ -164,8 +164,8 @@ TEST(RangeTerm, ComesToTablesVirtualStationsAndSamples) {
 class Mover final : public simulation::EpochSink {
  public:
   void write(const Epoch& epoch) override {
-    const Eigen::Vector3d place = epoch.truth_ecef + Eigen::Vector3d(0, 0, 5e4);
-    const auto moved = simulation::VirtualStation().move(epoch, place);
+    const Eigen::Vector3d point = epoch.truth_ecef + Eigen::Vector3d(0, 0, 5e4);
+    const auto moved = simulation::VirtualStation().move(epoch, point);
     const auto clean_m = [&](gnss::SatelliteId id, const Eigen::Vector3d& from) {
       const auto line = orbit::line_of_sight(epoch.environment->sky(), id, epoch.truth.time, from);
       return line->range_m - geodesy::kSpeedOfLight * line->state.clock_bias_s;
@@ -176,7 +176,7 @@ class Mover final : public simulation::EpochSink {
       ++count;
       worst_m =
           std::max(worst_m, std::abs(there.measurement->pseudorange_m - base.measurement->pseudorange_m -
-                                     clean_m(base.id, place) + clean_m(base.id, epoch.truth_ecef)));
+                                     clean_m(base.id, point) + clean_m(base.id, epoch.truth_ecef)));
     }
   }
   void finish() override {}

@@ -20,7 +20,7 @@ namespace canyon::bench {
 /// A city and points in its streets, antennas 2 m above flat ground.
 struct BenchCity {
   city::City city;
-  std::vector<Eigen::Vector3d> places;
+  std::vector<Eigen::Vector3d> positions;
 };
 
 /// Tsim Sha Tsui and the recorded drive through it (every epoch) if the shared data exist; else the synthetic
@@ -33,8 +33,8 @@ inline BenchCity bench_city() {
   if (!std::filesystem::exists(mesh) || !std::filesystem::exists(drive)) {
     bench.city = city::synthetic_city({});
     for (double along = -250; along <= 250; along += 2) {
-      bench.places.emplace_back(along, 0.3, 2);
-      bench.places.emplace_back(0.3, along, 2);
+      bench.positions.emplace_back(along, 0.3, 2);
+      bench.positions.emplace_back(0.3, along, 2);
     }
     return bench;
   }
@@ -48,10 +48,10 @@ inline BenchCity bench_city() {
     if (fields.size() < 5) continue;
     const auto latitude = parse_double(fields[2]), longitude = parse_double(fields[3]);
     if (!latitude || !longitude) continue;
-    Eigen::Vector3d place =
+    Eigen::Vector3d point =
         bench.city.frame.local_from_geodetic(geodesy::Geodetic::from_degrees(*latitude, *longitude, 0));
-    place.z() = 2;  // the terrain of this mesh is flat at 0
-    bench.places.push_back(place);
+    point.z() = 2;  // the terrain of this mesh is flat at 0
+    bench.positions.push_back(point);
   }
   return bench;
 }

@@ -25,7 +25,7 @@ int run_benchmarks(int argc, char** argv, const Scene& scene) {
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   const BenchScene& over = scene();
   fmt::print("{}, {} triangles, {} places, {} satellites\n", over.city.city.name,
-             over.city.city.mesh.triangles.size(), over.city.places.size(), over.sky.size());
+             over.city.city.mesh.triangles.size(), over.city.positions.size(), over.sky.size());
   benchmark::RunSpecifiedBenchmarks();
   return 0;
 }

@@ -11,7 +11,7 @@
 
 namespace canyon::test {
 
-struct PlacedTriangle {
+struct LocatedTriangle {
   std::array<Eigen::Vector3d, 3> corners;
   city::Material material = city::Material::Unknown;
 };
@@ -28,9 +28,9 @@ inline std::string difference_of(const city::City& a, const city::City& b, doubl
     return count("objects", a.mesh.objects.size(), b.mesh.objects.size());
   }
   const auto triangles_of = [](const Mesh& mesh, const city::Object& object) {
-    std::vector<PlacedTriangle> triangles;
+    std::vector<LocatedTriangle> triangles;
     for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
-      PlacedTriangle triangle;
+      LocatedTriangle triangle;
       for (std::size_t i = 0; i < 3; ++i) triangle.corners[i] = mesh.vertices[mesh.triangles[t][i]];
       triangle.material = mesh.materials[t];
       triangles.push_back(triangle);

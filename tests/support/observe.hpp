@@ -14,10 +14,10 @@ inline receiver::ReceiverEpoch observe_views(receiver::Receiver& receiver, geode
                                              const Eigen::Vector3d& velocity_ecef,
                                              std::vector<propagation::SatelliteView> views,
                                              const Eigen::Matrix3d& ecef_from_enu,
-                                             raytrace::Placement placement, const orbit::Sky& sky,
+                                             raytrace::Containment containment, const orbit::Sky& sky,
                                              const std::map<gnss::System, gnss::Klobuchar>& klobuchar = {}) {
   propagation::Arrival arrival;
-  arrival.placement = placement;
+  arrival.containment = containment;
   arrival.views = std::move(views);
   arrival.ecef_from_enu = ecef_from_enu;
   return receiver.observe({{time, antenna_ecef, velocity_ecef}, arrival, sky, klobuchar});

@@ -69,7 +69,7 @@ inline broadcast::Bits msm(gnss::System system, int kind, geodesy::GpsTime time,
   bits.put(static_cast<std::uint64_t>(1070 + 10 * index + kind), 12)
       .put(static_cast<std::uint64_t>(station), 12);
   bits.put(time_field(system, time), 30).put(more ? 1 : 0, 1).put(0, 18);
-  for (int place = 1; place <= 64; ++place) bits.put(table.count(place), 1);
+  for (int slot = 1; slot <= 64; ++slot) bits.put(table.count(slot), 1);
   for (int signal = 1; signal <= 32; ++signal) bits.put(signals.count(signal), 1);
   struct Row {
     const Cell* cell;
@@ -77,7 +77,7 @@ inline broadcast::Bits msm(gnss::System system, int kind, geodesy::GpsTime time,
     double rate;
   };
   std::vector<Row> of_satellites, of_cells;
-  for (const auto& [place, row] : table) {
+  for (const auto& [slot, row] : table) {
     const Cell* first = row.begin()->second;
     of_satellites.push_back({first, std::llround(first->range_m / kMillisecond_m * 1024),
                              std::round(first->rate_mps.value_or(0))});
@@ -124,10 +124,10 @@ inline broadcast::Bits msm(gnss::System system, int kind, geodesy::GpsTime time,
   return bits;
 }
 
-inline const Eigen::Vector3d kPlace(-3817680.7270, 3562839.5216, 3650159.2407);
+inline const Eigen::Vector3d kPosition(-3817680.7270, 3562839.5216, 3650159.2407);
 
-inline broadcast::Bits place(const Eigen::Vector3d& ecef = kPlace, int station = 7,
-                             std::optional<double> height_m = {}) {
+inline broadcast::Bits station_message(const Eigen::Vector3d& ecef = kPosition, int station = 7,
+                                       std::optional<double> height_m = {}) {
   broadcast::Bits bits;
   bits.put(height_m ? 1006 : 1005, 12).put(static_cast<std::uint64_t>(station), 12).put(0, 10);
   bits.number(ecef.x(), 1e-4, 38).put(0, 2).number(ecef.y(), 1e-4, 38).put(0, 2);

@@ -126,7 +126,7 @@ inline simulation::Epoch with_baseline(simulation::Epoch epoch, positioning::Fix
   return epoch;
 }
 
-inline geodesy::Geodetic sample_place() {
+inline geodesy::Geodetic sample_point() {
   return geodesy::Geodetic::from_degrees(22.298251, 114.178761, 12.345);
 }
 

@@ -10,7 +10,7 @@ namespace canyon::test {
 /// E36, and its test passes.
 inline simulation::Epoch sample_signal_epoch(geodesy::GpsTime time, geodesy::GpsTime phase_since,
                                              const Eigen::Vector3d& error_enu_m = {1, -2, 3}) {
-  simulation::Epoch epoch = sample_epoch(time, sample_place(), error_enu_m);
+  simulation::Epoch epoch = sample_epoch(time, sample_point(), error_enu_m);
   double cn0_dbhz = 46.3;
   for (receiver::SatelliteObservation& s : epoch.observed.satellites) {
     if (s.visibility == propagation::Visibility::Blocked) continue;

@@ -15,7 +15,7 @@
 namespace canyon::heatmap::reference {
 
 /// Centre of cell (column, row).
-inline Eigen::Vector3d place(const CellPlane& plane, std::uint32_t column, std::uint32_t row) {
+inline Eigen::Vector3d cell_point(const CellPlane& plane, std::uint32_t column, std::uint32_t row) {
   return {plane.first.x() + column * plane.spacing_m, plane.first.y() + row * plane.spacing_m, plane.z};
 }
 

@@ -27,10 +27,10 @@ using receiver::ReceiverOptions;
 using receiver::SatelliteObservation;
 using signal::AntennaPattern;
 
-inline const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
-inline const geodesy::LocalFrame kFrame(kPlace);
+inline const geodesy::Geodetic kPosition = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
+inline const geodesy::LocalFrame kFrame(kPosition);
 inline const Eigen::Matrix3d kEcefFromEnu = kFrame.ecef_from_local_rotation();
-inline const Eigen::Vector3d kAntenna = geodesy::ecef_from_geodetic(kPlace);
+inline const Eigen::Vector3d kAntenna = geodesy::ecef_from_geodetic(kPosition);
 inline const Eigen::Vector3d kAtRest = Eigen::Vector3d::Zero();
 inline constexpr GpsTime kTime = CircularSky::kEpoch + std::chrono::hours(5);
 inline constexpr double kChip_m = kSpeedOfLight / 1.023e6;
@@ -114,11 +114,11 @@ inline std::vector<SatelliteView> open_sky(const orbit::Sky& sky, GpsTime time,
 
 /// One GPS satellite at 40 degrees in the north: the link budget's top (IS-GPS-200 figure 6-1).
 inline const orbit::FrozenSky& one_satellite() {
-  static const orbit::FrozenSky sky(kPlace, {0}, {geodesy::radians(40)});
+  static const orbit::FrozenSky sky(kPosition, {0}, {geodesy::radians(40)});
   return sky;
 }
 inline const orbit::FrozenSky& six_satellites() {
-  static const orbit::FrozenSky sky(kPlace, {0, 1, 2, 3, 4, 5}, {0.5, 1.2, 0.7, 0.4, 0.9, 0.6});
+  static const orbit::FrozenSky sky(kPosition, {0, 1, 2, 3, 4, 5}, {0.5, 1.2, 0.7, 0.4, 0.9, 0.6});
   return sky;
 }
 inline const CircularSky& four_systems() {
@@ -130,7 +130,7 @@ inline ReceiverEpoch observe(Receiver& receiver, const orbit::Sky& sky, GpsTime 
                              const std::vector<SatelliteView>& views,
                              const Eigen::Vector3d& antenna = kAntenna,
                              const Eigen::Vector3d& velocity = kAtRest) {
-  return observe_views(receiver, time, antenna, velocity, views, kEcefFromEnu, raytrace::Placement::Free,
+  return observe_views(receiver, time, antenna, velocity, views, kEcefFromEnu, raytrace::Containment::Free,
                        sky);
 }
 

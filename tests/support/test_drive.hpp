@@ -18,12 +18,13 @@ namespace canyon::test {
 /// measurements of a receiver there, by an independent implementation of the measurement equations.
 class TestDrive {
  public:
-  TestDrive(const orbit::Sky& sky, geodesy::GpsTime start, const geodesy::Geodetic& place, std::uint64_t seed)
+  TestDrive(const orbit::Sky& sky, geodesy::GpsTime start, const geodesy::Geodetic& geodetic,
+            std::uint64_t seed)
       : sky_(sky),
         random_(seed, "drive"),
         time_(start),
-        position_(geodesy::ecef_from_geodetic(place)),
-        ecef_from_enu_(geodesy::enu_from_ecef_rotation(place).transpose()) {}
+        position_(geodesy::ecef_from_geodetic(geodetic)),
+        ecef_from_enu_(geodesy::enu_from_ecef_rotation(geodetic).transpose()) {}
 
   Eigen::Vector3d velocity_enu = Eigen::Vector3d::Zero();
   /// Roots of densities of the acceleration, ENU [m/s^2/sqrt(Hz)]; 0: as steered.

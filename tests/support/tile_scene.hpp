@@ -47,7 +47,7 @@ struct TileScene {
           static_cast<float>(z + uneven_m * (0.5 + 0.5 * std::sin(1.7 * static_cast<double>(i)))));
     }
   }
-  [[nodiscard]] Eigen::Vector3d place(std::size_t cell) const {
+  [[nodiscard]] Eigen::Vector3d centre(std::size_t cell) const {
     const heatmap::CellPlane& p = cells.plane;
     return {p.first.x() + static_cast<double>(cell % p.columns) * p.spacing_m,
             p.first.y() + static_cast<double>(cell / p.columns) * p.spacing_m,
@@ -94,7 +94,7 @@ struct TileScene {
   [[nodiscard]] Answer reference_fix(std::size_t cell, const receiver::ReceiverOptions& options,
                                      const std::vector<double>& noise_m = {}) const {
     using geodesy::kSpeedOfLight;
-    const Eigen::Vector3d antenna = frame.ecef_from_local(place(cell));
+    const Eigen::Vector3d antenna = frame.ecef_from_local(centre(cell));
     const geodesy::Geodetic at = geodesy::geodetic_from_ecef(antenna);
     const double bias_s = 1.234567e-4;
     std::vector<positioning::Measurement> measurements;

@@ -13,8 +13,8 @@ using geodesy::degrees;
 /// A message's constant for a value of the engine's enumeration; both have the same order.
 template <class Code, class Enum, std::size_t N>
 Code code_of(Enum value, const Code (&codes)[N]) {
-  const auto place = static_cast<std::size_t>(value);
-  return codes[place < N ? place : 0];
+  const auto position = static_cast<std::size_t>(value);
+  return codes[position < N ? position : 0];
 }
 
 msgs::GnssSystem system_of(gnss::System system) {
@@ -48,9 +48,9 @@ msgs::GnssFix::Kind kind_of(positioning::FixKind kind) {
                  {F::NONE, F::SINGLE, F::DIFFERENTIAL, F::FLOAT, F::FIXED, F::DEAD_RECKONING, F::COMBINED});
 }
 
-msgs::GnssReceiver::Placement placement_of(raytrace::Placement placement) {
+msgs::GnssReceiver::Placement containment_code(raytrace::Containment containment) {
   using R = msgs::GnssReceiver;
-  return code_of(placement, {R::FREE, R::INSIDE_BUILDING, R::UNDER_TERRAIN});
+  return code_of(containment, {R::FREE, R::INSIDE_BUILDING, R::UNDER_TERRAIN});
 }
 
 void fill_geodetic(const geodesy::Geodetic& point, msgs::GnssGeodetic& message) {
@@ -133,7 +133,7 @@ void fill_baseline(const positioning::Baseline& baseline, msgs::GnssBaseline& me
 void fill_fix(const simulation::Epoch& epoch, msgs::GnssFix& message) {
   const positioning::Fix& fix = epoch.observed.fix;
   message.set_status(status_of(fix.status));
-  message.set_reason(std::string(output::no_fix_reason(fix, epoch.placement)));
+  message.set_reason(std::string(output::no_fix_reason(fix, epoch.containment)));
   message.set_kind(kind_of(fix.kind()));
   if (corrected(fix.kind())) {
     if (fix.correction_age_s) message.set_correction_age_s(*fix.correction_age_s);
@@ -193,7 +193,7 @@ void fill_gnss_message(const ReceiverIdentity& identity, const live::ReceiverRep
     message.set_reason("prediction: no satellite is used");
   } else {
     message.set_state(msgs::GnssReceiver::NO_FIX);
-    message.set_reason(std::string(output::no_fix_reason(seen.fix, epoch.placement)));
+    message.set_reason(std::string(output::no_fix_reason(seen.fix, epoch.containment)));
   }
   message.set_gps_week(seen.time.week());
   message.set_gps_time_of_week_ns(seen.time.nanosecond_of_week());
@@ -211,7 +211,7 @@ void fill_gnss_message(const ReceiverIdentity& identity, const live::ReceiverRep
   attitude.set_x(rotation.x());
   attitude.set_y(rotation.y());
   attitude.set_z(rotation.z());
-  message.set_placement(placement_of(epoch.placement));
+  message.set_placement(containment_code(epoch.containment));
   message.set_clock_bias_s(seen.clock_bias_s);
   message.set_clock_drift(seen.clock_drift);
   for (const std::string& fault : epoch.faults) message.add_faults(fault);

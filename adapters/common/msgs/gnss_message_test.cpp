@@ -464,7 +464,7 @@ TEST(GnssMessage, MatchesPathsToSatellitesByName) {
 TEST(GnssMessage, HasNoPositionWithoutFixAndNothingButNamesWithoutTruth) {
   const SampleReport good;
   SampleReport sample(false);
-  sample.step.epoch.placement = raytrace::Placement::UnderTerrain;
+  sample.step.epoch.containment = raytrace::Containment::UnderTerrain;
   msgs::GnssReceiver message;
   fill_gnss_message(sample_identity(), good.report, message);  // old values must be cleared
   fill_gnss_message(sample_identity(), sample.report, message);

@@ -28,7 +28,7 @@ class DriveElementTest : public ::testing::Test {
             "</plugin></model></sdf>",
         sdf);
     const auto plugin = sdf->Root()->GetElement("model")->GetElement("plugin");
-    return read_drive_settings(plugin, "plugin 'rails'", folder_.path(), {}, LocalFrame(place_));
+    return read_drive_settings(plugin, "plugin 'rails'", folder_.path(), {}, LocalFrame(position_));
   }
   [[nodiscard]] std::string refusal(const std::string& children) const {
     return canyon::test::refusal([&] { (void)read(children); });
@@ -38,7 +38,7 @@ class DriveElementTest : public ::testing::Test {
   }
 
   const canyon::test::TemporaryFolder folder_;
-  const Geodetic place_ = Geodetic::from_degrees(22.3, 114.17, 5);
+  const Geodetic position_ = Geodetic::from_degrees(22.3, 114.17, 5);
 };
 
 TEST_F(DriveElementTest, ReadsWaypoints) {
@@ -78,23 +78,23 @@ TEST_F(DriveElementTest, NamesElementAndCure) {
   write("ok.csv", "time,latitude,longitude,height\n0,22.3,114.17,5\n20,22.301,114.17,5\n");
   write("broken.csv", "time,latitude,longitude,height\n0,22.3,114.17,5\n20,north,114.17,5\n");
   const std::string file = "<trajectory>ok.csv</trajectory>";
-  const std::string place = "<waypoint>0 0 0</waypoint>";
+  const std::string location = "<waypoint>0 0 0</waypoint>";
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "give a <trajectory> file, or at least one <waypoint>"},
-      {file + place, "<waypoint>: conflicts with 'trajectory'; keep one of trajectory or waypoint"},
+      {file + location, "<waypoint>: conflicts with 'trajectory'; keep one of trajectory or waypoint"},
       {"<trajectory>none.csv</trajectory>", "there is no file 'none.csv'"},
       {"<trajectory>broken.csv</trajectory>", "broken.csv:3"},
       {file + "<format>igc</format>", "<format>"},
       {file + "<start>yesterday</start>", "<start>"},
       {file + "<start><week>2312</week></start>", "<start>: 'tow' is missing; give week and tow"},
       {file + "<speed_mps>3</speed_mps>", "applies only to waypoints"},
-      {place + "<format>csv</format>", "applies only to a <trajectory>"},
-      {place + "<speed_mps>fast</speed_mps>", "<speed_mps>"},
-      {place + "<speed_mps>0</speed_mps>", "<speed_mps>"},
-      {place + "<loop>often</loop>", "<loop>"},
-      {place + "<offset_m>1 2</offset_m>", "<offset_m>: '1 2' is not three numbers"},
-      {place + "<waypoint>1 two 3</waypoint>", "<waypoint>: '1 two 3' is not three numbers"},
-      {place + "<waypoint>nan 0 0</waypoint>", "<waypoint>: 'nan 0 0' is not three numbers"},
+      {location + "<format>csv</format>", "applies only to a <trajectory>"},
+      {location + "<speed_mps>fast</speed_mps>", "<speed_mps>"},
+      {location + "<speed_mps>0</speed_mps>", "<speed_mps>"},
+      {location + "<loop>often</loop>", "<loop>"},
+      {location + "<offset_m>1 2</offset_m>", "<offset_m>: '1 2' is not three numbers"},
+      {location + "<waypoint>1 two 3</waypoint>", "<waypoint>: '1 two 3' is not three numbers"},
+      {location + "<waypoint>nan 0 0</waypoint>", "<waypoint>: 'nan 0 0' is not three numbers"},
   };
   for (const auto& [children, expected] : cases) {
     const std::string message = refusal(children);

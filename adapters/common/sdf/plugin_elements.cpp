@@ -186,13 +186,14 @@ Document PluginElements::document(const std::vector<std::filesystem::path>& fold
                           std::string_view problem, std::string_view cure) {
     return error(line > 0 ? tags_[static_cast<std::size_t>(line) - 1] : "", problem, cure);
   };
-  document.find_file = [folders, resources](const std::string& name, const options::Place& place) {
+  document.find_file = [folders, resources](const std::string& name,
+                                            const options::SourceLocation& location) {
     std::vector<std::filesystem::path> looked;
     if (const auto file = find_resource(name, folders, resources, looked)) return *file;
-    std::string places;
-    for (const auto& candidate : looked) places += (places.empty() ? "" : ", ") + candidate.string();
-    throw place.error(
-        fmt::format("there is no file '{}'; searched: {}", name, places.empty() ? "nowhere" : places),
+    std::string positions;
+    for (const auto& candidate : looked) positions += (positions.empty() ? "" : ", ") + candidate.string();
+    throw location.error(
+        fmt::format("there is no file '{}'; searched: {}", name, positions.empty() ? "nowhere" : positions),
         fmt::format("give a path relative to the folder of the file with the plugin, an absolute path, or "
                     "add its folder to {} (package://: ROS_PACKAGE_PATH)",
                     resources.variables));

@@ -166,9 +166,9 @@ const std::vector<Key>& plugin_keys() {
   return plugin_description().keys;
 }
 
-HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPlace& place) {
+HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginContext& context) {
   InputFiles::begin_run();
-  PluginElements elements(element, place.name, plugin_description());
+  PluginElements elements(element, context.name, plugin_description());
   HostSettings settings;
   settings.warnings = elements.warnings();
   settings.publish_px4 = is_for_px4(elements);
@@ -177,18 +177,18 @@ HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPl
   if (paper && !elements.has("profile")) elements.put("profile", "paper", "<satAzimuth>");
   if (const auto disabled = elements.take("disableNoise"))
     elements.put("disableNoise", turned_round(*disabled), "<disableNoise>");
-  if (!elements.has("profile")) put_noise(place.sensor, elements, settings.warnings);
+  if (!elements.has("profile")) put_noise(context.sensor, elements, settings.warnings);
   std::vector<std::filesystem::path> folders;
-  if (!place.folder.empty()) folders.push_back(place.folder);
+  if (!context.folder.empty()) folders.push_back(context.folder);
   // A model may include its files. Elements that are not from a file have no absolute path.
   const std::filesystem::path own(element ? element->FilePath() : "");
   if (own.is_absolute()) {
     folders.push_back(own.parent_path());
     InputFiles::current().add(own);
   }
-  elements.read(settings, folders, place.resources);
+  elements.read(settings, folders, context.resources);
   const bool mirror = settings.live.receiver().propagation.model == propagation::Model::Mirror;
-  if (place.on_ray_sensor && paper && mirror && !elements.has("ray_engine"))
+  if (context.on_ray_sensor && paper && mirror && !elements.has("ray_engine"))
     settings.ray_engine = RayEngine::Physics;
   return settings;
 }

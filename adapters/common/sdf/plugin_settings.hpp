@@ -12,7 +12,7 @@
 namespace canyon::adapters {
 
 /// The context of a plugin, which determines defaults.
-struct PluginPlace {
+struct PluginContext {
   bool on_ray_sensor = false;
   std::string name;  ///< for messages: "plugin 'gnss' of model 'car'"
   /// Folder of relative paths; searched next are the folder of the element's file (the world's or an included
@@ -31,7 +31,7 @@ struct PluginPlace {
 /// effects of buildings stay those of the default profile. Throws InputError, whose text names place.name,
 /// the element as it was written ("<noise><enabled>") and the hint, for a wrong value, a repeated element, a
 /// missing file, and ray_engine physics with the specular model. A null element has only defaults.
-[[nodiscard]] HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginPlace& place);
+[[nodiscard]] HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginContext& context);
 
 /// Throws InputError, whose text begins with `name`, for a <sensor> with two <canyon> elements, and for
 /// <serve> in one, which belongs to the plugin.

@@ -160,13 +160,13 @@ TEST(HostSettings, TheSensorsOwnNoiseStandsForAProfile) {
     const auto noise = [](const std::string& deviation) {
       return "<noise type='gaussian'><mean>0</mean><stddev>" + deviation + "</stddev></noise>";
     };
-    PluginPlace place;
-    place.name = kName;
-    place.sensor =
+    PluginContext context;
+    context.name = kName;
+    context.sensor =
         sensor("<" + type + "><position_sensing><horizontal>" + noise("0.3") + "</horizontal><vertical>" +
                noise("0.5") + "</vertical></position_sensing><velocity_sensing><horizontal>" + noise("0.04") +
                "</horizontal></velocity_sensing></" + type + ">");
-    return read_plugin_settings(plugin(children), place);
+    return read_plugin_settings(plugin(children), context);
   };
   for (const std::string type : {"gps", "navsat"}) {
     const HostSettings s = read_on(type, "");

@@ -70,10 +70,10 @@ bool visit_shape(const sdf::Geometry& geometry, const Visit& visit) {
 
 struct Adder {
   LinkShapes& link;
-  const LinkShapes::Place& place;
+  const LinkShapes::ShapePose& pose;
   ShapeFiles* files;
 
-  void solid(const char* what, const city::TriangleSet& set) const { link.solid(place, what, set); }
+  void solid(const char* what, const city::TriangleSet& set) const { link.solid(pose, what, set); }
   void operator()(const sdf::Box& b) const { solid("a box", city::box_mesh(eigen(b.Size()))); }
   void operator()(const sdf::Cylinder& c) const {
     solid("a cylinder", city::cylinder_mesh(c.Radius(), c.Length()));
@@ -86,7 +86,7 @@ struct Adder {
     solid("an ellipsoid", city::ellipsoid_mesh(eigen(e.Radii())));
   }
   void operator()(const sdf::Plane& plane) const {
-    link.plane(place, eigen(plane.Normal()), eigen(plane.Size()));
+    link.plane(pose, eigen(plane.Normal()), eigen(plane.Size()));
   }
 #ifdef CANYON_SDF_HAS_CONE
   void operator()(const sdf::Cone& cone) const {
@@ -100,7 +100,7 @@ struct Adder {
       Polyline& polyline = polylines.emplace_back();
       for (const auto& point : shape.Points()) polyline.push_back(eigen(point));
     }
-    link.polylines(place, polylines, shapes.empty() ? 0 : shapes.front().Height(),
+    link.polylines(pose, polylines, shapes.empty() ? 0 : shapes.front().Height(),
                    [this](const auto& name, const auto& paths, double height) {
                      return files == nullptr ? std::nullopt : files->extrude(name, paths, height);
                    });
@@ -109,18 +109,17 @@ struct Adder {
   void operator()(const sdf::Mesh& mesh) const {
     const auto file = files == nullptr ? std::nullopt : files->mesh(mesh.Uri(), mesh.FilePath());
     if (!file)
-      return link.leave_out(place, fmt::format("its mesh '{}' is not found or cannot be read", mesh.Uri()));
-    link.mesh(place, *file, {eigen(mesh.Scale()), mesh.Submesh(), mesh.CenterSubmesh()});
+      return link.leave_out(pose, fmt::format("its mesh '{}' is not found or cannot be read", mesh.Uri()));
+    link.mesh(pose, *file, {eigen(mesh.Scale()), mesh.Submesh(), mesh.CenterSubmesh()});
   }
   void operator()(const sdf::Heightmap& map) const {
     auto grid = files == nullptr ? std::nullopt : files->heights(map.Uri(), map.FilePath(), map.Size().Z());
     if (!grid) {
-      return link.leave_out(place,
-                            fmt::format("its heights '{}' are not found or cannot be read", map.Uri()));
+      return link.leave_out(pose, fmt::format("its heights '{}' are not found or cannot be read", map.Uri()));
     }
     grid->size = eigen(map.Size()).head<2>();
     grid->position = eigen(map.Position());
-    link.heights(place, *grid);
+    link.heights(pose, *grid);
   }
 };
 
@@ -168,14 +167,14 @@ struct Describer {
 
 }  // namespace
 
-void add_shape(LinkShapes& link, const LinkShapes::Place& place, const sdf::Geometry& geometry,
+void add_shape(LinkShapes& link, const LinkShapes::ShapePose& location, const sdf::Geometry& geometry,
                ShapeFiles* files) {
   if (geometry.Type() == sdf::GeometryType::EMPTY) return;
   try {
-    if (!visit_shape(geometry, Adder{link, place, files}))
-      link.leave_out(place, "rays cannot hit its geometry");
+    if (!visit_shape(geometry, Adder{link, location, files}))
+      link.leave_out(location, "rays cannot hit its geometry");
   } catch (const InputError& e) {
-    link.leave_out(place, e.what());
+    link.leave_out(location, e.what());
   }
 }
 

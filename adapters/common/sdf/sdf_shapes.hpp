@@ -39,7 +39,7 @@ class ShapeFiles {
 
 /// Adds the geometry of a collision or visual to its link. Without `files` (null) shapes that need them are
 /// left out with a note.
-void add_shape(LinkShapes& link, const LinkShapes::Place& place, const sdf::Geometry& geometry,
+void add_shape(LinkShapes& link, const LinkShapes::ShapePose& location, const sdf::Geometry& geometry,
                ShapeFiles* files);
 
 /// The material of a visual, by its script's name, else by its diffuse colour (see material_by_colour());

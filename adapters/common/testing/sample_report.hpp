@@ -24,7 +24,7 @@ struct SampleReport {
     simulation::Epoch& epoch = step.epoch;
     const geodesy::GpsTime time = sample_time();
     epoch = fix ? sample_signal_epoch(time, time - 12.5, {1.25, -2.5, 3.75})
-                : sample_epoch(time, sample_place(), {1.25, -2.5, 3.75}, false);
+                : sample_epoch(time, sample_point(), {1.25, -2.5, 3.75}, false);
     epoch.faults = {"jammer", "outage 2"};
     epoch.observed.clock_bias_s = 1.5e-4;
     epoch.observed.clock_drift = 2.5e-8;

@@ -269,8 +269,8 @@ TEST(NormalGravity, IsThatOfTheStandard) {
   EXPECT_NEAR(at(22.3, h).norm(),
               at(22.3, 0).norm() * (1 - 2 / a * (1 + f + m - 2 * f * s) * h + 3 / (a * a) * h * h), 1e-7);
   // Downwards along the ellipsoid's normal on the ellipsoid.
-  const Geodetic place = Geodetic::from_degrees(22.3, 30, 0);
-  const Eigen::Vector3d enu = enu_from_ecef_rotation(place) * at(22.3, 0);
+  const Geodetic position = Geodetic::from_degrees(22.3, 30, 0);
+  const Eigen::Vector3d enu = enu_from_ecef_rotation(position) * at(22.3, 0);
   EXPECT_NEAR(enu.x(), 0, 1e-12);
   EXPECT_NEAR(enu.y(), 0, 1e-9);
   EXPECT_LT(enu.z(), 0);

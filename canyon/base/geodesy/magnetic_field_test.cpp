@@ -21,10 +21,10 @@ TEST(MagneticField, IsThatOfTheTestValues) {
                               {4.5, 18, 9, -172, 30520.999126, 4966.941695, 8779.472279}};
   const GpsTime begin = GpsTime::from_week(2347, 259200);
   for (const auto& [years, height_km, latitude_deg, longitude_deg, north, east, down] : kRows) {
-    const Geodetic place = Geodetic::from_degrees(latitude_deg, longitude_deg, height_km * 1000);
+    const Geodetic position = Geodetic::from_degrees(latitude_deg, longitude_deg, height_km * 1000);
     const Eigen::Vector3d enu_nt =
-        enu_from_ecef_rotation(place) *
-        magnetic_field_tesla(ecef_from_geodetic(place), begin + years * 365.25 * 86400) * 1e9;
+        enu_from_ecef_rotation(position) *
+        magnetic_field_tesla(ecef_from_geodetic(position), begin + years * 365.25 * 86400) * 1e9;
     EXPECT_NEAR(enu_nt.x(), east, 2e-3) << latitude_deg;
     EXPECT_NEAR(enu_nt.y(), north, 2e-3) << latitude_deg;
     EXPECT_NEAR(enu_nt.z(), -down, 2e-3) << latitude_deg;

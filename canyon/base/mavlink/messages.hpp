@@ -65,7 +65,7 @@ class WireFields {
     add({name, wire_of(value), 1, false, extension_, 1, std::nullopt, &value});
     if constexpr (sizeof...(rest) > 0) whole(rest...);
   }
-  void place(double& latitude_deg, double& longitude_deg) {
+  void put_lat_lon(double& latitude_deg, double& longitude_deg) {
     number(Wire::I32, "lat", latitude_deg, kDegE7);
     number(Wire::I32, "lon", longitude_deg, kDegE7);
   }
@@ -144,7 +144,7 @@ struct GpsRawInt {
   double yaw_deg = kUnknown;  ///< (0, 360]
   void visit(WireFields& f) {
     f.whole("time_usec", time_us, "fix_type", fix_type);
-    f.place(latitude_deg, longitude_deg);
+    f.put_lat_lon(latitude_deg, longitude_deg);
     f.number(Wire::I32, "alt", altitude_m, kMilli);
     f.number(Wire::U16, "eph", hdop, kCenti, kNo16);
     f.number(Wire::U16, "epv", vdop, kCenti, kNo16);
@@ -234,7 +234,7 @@ struct GlobalPositionInt {
   double heading_deg = kUnknown;
   void visit(WireFields& f) {
     f.number(Wire::U32, "time_boot_ms", boot_s, kMilli);
-    f.place(latitude_deg, longitude_deg);
+    f.put_lat_lon(latitude_deg, longitude_deg);
     f.number(Wire::I32, "alt", altitude_m, kMilli);
     f.number(Wire::I32, "relative_alt", above_home_m, kMilli);
     f.vector(Wire::I16, {"vx", "vy", "vz"}, velocity_ned_mps, kCenti);
@@ -351,7 +351,7 @@ struct HilGps {
   double yaw_deg = kUnknown;  ///< (0, 360]
   void visit(WireFields& f) {
     f.whole("time_usec", time_us, "fix_type", fix_type);
-    f.place(latitude_deg, longitude_deg);
+    f.put_lat_lon(latitude_deg, longitude_deg);
     f.number(Wire::I32, "alt", altitude_m, kMilli);
     f.number(Wire::U16, "eph", horizontal_accuracy_m, kCenti, kNo16);
     f.number(Wire::U16, "epv", vertical_accuracy_m, kCenti, kNo16);
@@ -407,7 +407,7 @@ struct HilStateQuaternion {
     f.whole("time_usec", time_us);
     f.array("attitude_quaternion", ned_from_frd);
     f.rates(rates_frd_radps);
-    f.place(latitude_deg, longitude_deg);
+    f.put_lat_lon(latitude_deg, longitude_deg);
     f.number(Wire::I32, "alt", altitude_m, kMilli);
     f.vector(Wire::I16, {"vx", "vy", "vz"}, velocity_ned_mps, kCenti);
     f.number(Wire::U16, "ind_airspeed", indicated_airspeed_mps, kCenti);
@@ -463,7 +463,7 @@ struct GpsInput {
     f.whole("time_usec", time_us, "gps_id", gps_id, "ignore_flags", ignore);
     f.number(Wire::U32, "time_week_ms", time_of_week_s, kMilli);
     f.whole("time_week", week, "fix_type", fix_type);
-    f.place(latitude_deg, longitude_deg);
+    f.put_lat_lon(latitude_deg, longitude_deg);
     f.number(Wire::F32, "alt", altitude_m);
     f.number(Wire::F32, "hdop", hdop, 1, kNo16);
     f.number(Wire::F32, "vdop", vdop, 1, kNo16);

@@ -341,39 +341,39 @@ Node parse_yaml(const std::string& text, const Document& document, std::string_v
   return Converter(document).convert(root, 1, 0);
 }
 
-std::string read_scalar(const Node& node, const Place& place) {
+std::string read_scalar(const Node& node, const SourceLocation& location) {
   if (node.kind == Node::Kind::Empty)
-    throw place.error("has no value", "write one after the colon, or remove the key");
+    throw location.error("has no value", "write one after the colon, or remove the key");
   if (node.kind != Node::Kind::Scalar) {
-    throw place.error(node.kind == Node::Kind::Mapping ? "is a mapping instead of one value"
-                                                       : "is a list instead of one value",
-                      kOneValue);
+    throw location.error(node.kind == Node::Kind::Mapping ? "is a mapping instead of one value"
+                                                          : "is a list instead of one value",
+                         kOneValue);
   }
   return node.text;
 }
 
-std::string read_text(const Node& node, const Place& place) {
-  std::string text = read_scalar(node, place);
-  if (trim(text).empty()) throw place.error("is empty", "write something, or remove the key");
+std::string read_text(const Node& node, const SourceLocation& location) {
+  std::string text = read_scalar(node, location);
+  if (trim(text).empty()) throw location.error("is empty", "write something, or remove the key");
   return text;
 }
 
-std::vector<std::string> read_texts(const Node& node, const Place& place) {
-  if (node.kind != Node::Kind::List) return {read_text(node, place)};
+std::vector<std::string> read_texts(const Node& node, const SourceLocation& location) {
+  if (node.kind != Node::Kind::List) return {read_text(node, location)};
   std::vector<std::string> texts;
   for (const Node& item : node.items) {
     if (item.kind != Node::Kind::Scalar || trim(item.text).empty()) {
-      Place at = place;
+      SourceLocation at = location;
       if (item.line > 0) at.line = item.line;
       throw at.error(fmt::format("item {} is not one value", texts.size() + 1), kOneValue);
     }
     texts.push_back(item.text);
   }
-  if (texts.empty()) throw place.error("the list is empty", "give at least one item, or remove the key");
+  if (texts.empty()) throw location.error("the list is empty", "give at least one item, or remove the key");
   return texts;
 }
 
-double to_number(const std::string& text, const Range& range, const Place& place) {
+double to_number(const std::string& text, const Range& range, const SourceLocation& location) {
   if (range.none && text == "none") return std::numeric_limits<double>::infinity();
   std::optional<double> value = parse_double(text);
   if (!value && range.fraction) value = parse_fraction(text);
@@ -382,39 +382,41 @@ double to_number(const std::string& text, const Range& range, const Place& place
     const std::size_t end = text.find_first_not_of("+-.0123456789eE");
     const bool has_unit =
         end != std::string::npos && end > 0 && parse_double(text.substr(0, end)).has_value();
-    throw place.error(
+    throw location.error(
         fmt::format("'{}' is not a number", text),
-        has_unit ? fmt::format("give the number alone, the unit is in the {}'s name", place.document.word)
+        has_unit ? fmt::format("give the number alone, the unit is in the {}'s name", location.document.word)
                  : fmt::format("it is {}", range.words()));
   }
   if (!range.holds(*value))
-    throw place.error(fmt::format("{} is out of range", text), fmt::format("it is {}", range.words()));
+    throw location.error(fmt::format("{} is out of range", text), fmt::format("it is {}", range.words()));
   return *value;
 }
 
-std::vector<double> read_numbers(const Node& node, const Range& range, const Place& place) {
+std::vector<double> read_numbers(const Node& node, const Range& range, const SourceLocation& location) {
   std::vector<double> values;
   if (node.kind == Node::Kind::List) {
-    for (const std::string& item : read_texts(node, place)) values.push_back(to_number(item, range, place));
+    for (const std::string& item : read_texts(node, location))
+      values.push_back(to_number(item, range, location));
     return values;
   }
-  const std::string line = read_scalar(node, place);
+  const std::string line = read_scalar(node, location);
   for (const std::string_view item : split_blanks(line))
-    values.push_back(to_number(std::string(item), range, place));
-  if (values.empty()) throw place.error("the list is empty", "give at least one number, or remove the key");
+    values.push_back(to_number(std::string(item), range, location));
+  if (values.empty())
+    throw location.error("the list is empty", "give at least one number, or remove the key");
   return values;
 }
 
 std::vector<std::vector<double>> read_rows(const Node& node, std::size_t columns, const Range& range,
-                                           const Place& place) {
+                                           const SourceLocation& location) {
   std::vector<std::vector<double>> rows;
   if (node.kind == Node::Kind::List && !node.items.empty() && node.items[0].kind == Node::Kind::List) {
     for (const Node& row : node.items) {
       std::vector<double> values;
       for (const Node& item : row.items)
-        values.push_back(to_number(item.kind == Node::Kind::Scalar ? item.text : "?", range, place));
+        values.push_back(to_number(item.kind == Node::Kind::Scalar ? item.text : "?", range, location));
       if (values.size() != columns) {
-        Place at = place;
+        SourceLocation at = location;
         if (row.line > 0) at.line = row.line;
         throw at.error(fmt::format("row {} does not have {} numbers", rows.size() + 1, columns));
       }
@@ -422,9 +424,9 @@ std::vector<std::vector<double>> read_rows(const Node& node, std::size_t columns
     }
     return rows;
   }
-  const std::vector<double> flat = read_numbers(node, range, place);
+  const std::vector<double> flat = read_numbers(node, range, location);
   if (flat.size() % columns != 0)
-    throw place.error(fmt::format("{} numbers do not make rows of {}", flat.size(), columns));
+    throw location.error(fmt::format("{} numbers do not make rows of {}", flat.size(), columns));
   for (std::size_t i = 0; i < flat.size(); i += columns) {
     const auto begin = flat.begin() + static_cast<std::ptrdiff_t>(i);
     rows.emplace_back(begin, begin + static_cast<std::ptrdiff_t>(columns));
@@ -432,13 +434,13 @@ std::vector<std::vector<double>> read_rows(const Node& node, std::size_t columns
   return rows;
 }
 
-bool read_boolean(const Node& node, const Place& place) {
-  const std::string text = read_text(node, place);
+bool read_boolean(const Node& node, const SourceLocation& location) {
+  const std::string text = read_text(node, location);
   const std::string small = lower_case(text);
-  if (place.document.digits_are_booleans) {
+  if (location.document.digits_are_booleans) {
     if (small == "true" || small == "1") return true;
     if (small == "false" || small == "0") return false;
-    throw place.error(fmt::format("'{}' is neither true nor false", text), "write true, false, 1 or 0");
+    throw location.error(fmt::format("'{}' is neither true nor false", text), "write true, false, 1 or 0");
   }
   // YAML 1.1's words: in lower case, in upper case, or capitalised.
   const bool one_case = text.substr(1) == small.substr(1) || text == [&] {
@@ -451,37 +453,39 @@ bool read_boolean(const Node& node, const Place& place) {
   };
   if (is({"true", "yes", "on", "y"})) return true;
   if (is({"false", "no", "off", "n"})) return false;
-  throw place.error(fmt::format("'{}' is neither true nor false", text), "write true or false");
+  throw location.error(fmt::format("'{}' is neither true nor false", text), "write true or false");
 }
 
-std::filesystem::path read_file(const std::string& text, const Place& place) {
-  if (place.document.find_file) return place.document.find_file(text, place);
-  std::filesystem::path path = place.document.file.parent_path() / text;
+std::filesystem::path read_file(const std::string& text, const SourceLocation& location) {
+  if (location.document.find_file) return location.document.find_file(text, location);
+  std::filesystem::path path = location.document.file.parent_path() / text;
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) {
-    throw place.error(
+    throw location.error(
         fmt::format("there is no file '{}'", path.string()),
         text.find("://") != std::string::npos
             ? std::string(
                   "it is an address: fetch the file first; of 3D Tiles, write city: {tiles: {url: ...}}")
-            : fmt::format("paths are relative to the {}'s folder", place.document.kind));
+            : fmt::format("paths are relative to the {}'s folder", location.document.kind));
   }
   const bool meant = !text.empty() && text.back() == '/';
   if (std::filesystem::is_directory(path, ignored) && !meant) {
-    throw place.error(fmt::format("'{}' is a folder, not a file", path.string()),
-                      "if you mean a folder, end its name with /");
+    throw location.error(fmt::format("'{}' is a folder, not a file", path.string()),
+                         "if you mean a folder, end its name with /");
   }
   return path;
 }
 
-void require_word(const std::string& text, const std::vector<std::string>& known, const Place& place) {
+void require_word(const std::string& text, const std::vector<std::string>& known,
+                  const SourceLocation& location) {
   if (std::find(known.begin(), known.end(), text) != known.end()) return;
-  throw place.error(fmt::format("'{}' is unknown", text), known_names(text, known));
+  throw location.error(fmt::format("'{}' is unknown", text), known_names(text, known));
 }
 
-std::string read_word(const Node& node, const std::vector<std::string>& words, const Place& place) {
-  std::string text = read_text(node, place);
-  require_word(text, words, place);
+std::string read_word(const Node& node, const std::vector<std::string>& words,
+                      const SourceLocation& location) {
+  std::string text = read_text(node, location);
+  require_word(text, words, location);
   return text;
 }
 
@@ -519,7 +523,8 @@ void use_key(Node& node, std::string_view name, std::string_view path, const Doc
   const std::optional<Node> value = take_path(node, name);
   if (!value) return;
   if (both)
-    throw document.error("", std::string(name), value->line, fmt::format("conflicts with '{}'", path), "keep one");
+    throw document.error("", std::string(name), value->line, fmt::format("conflicts with '{}'", path),
+                         "keep one");
   set_key(node, std::string(path), *value, document);
 }
 

@@ -39,7 +39,7 @@ struct Node::Entry {
 };
 
 struct Description;
-struct Place;
+struct SourceLocation;
 /// Properties of the text around a tree for a Reader. The functions let a host use its own terms.
 struct Document {
   std::filesystem::path file;                        ///< file names are relative to its folder
@@ -55,9 +55,9 @@ struct Document {
   std::function<InputError(const std::string& path, const std::string& key, int line,
                            std::string_view problem, std::string_view cure)>
       fault;
-  /// The path of the file of this name; throws an error of `place` if it does not exist. Default: in the
+  /// The path of the file of this name; throws an error of `position` if it does not exist. Default: in the
   /// folder of `file`.
-  std::function<std::filesystem::path(const std::string& name, const Place& place)> find_file;
+  std::function<std::filesystem::path(const std::string& name, const SourceLocation& position)> find_file;
 
   [[nodiscard]] InputError error(const std::string& path, const std::string& key, int line,
                                  std::string_view problem, std::string_view cure = {}) const;
@@ -80,28 +80,30 @@ struct Document {
 
 // Values of a tree's nodes. If a node has no such value, each function throws InputError with its location.
 /// The text of a single value.
-[[nodiscard]] std::string read_scalar(const Node& node, const Place& place);
+[[nodiscard]] std::string read_scalar(const Node& node, const SourceLocation& location);
 /// A text that is not blank.
-[[nodiscard]] std::string read_text(const Node& node, const Place& place);
+[[nodiscard]] std::string read_text(const Node& node, const SourceLocation& location);
 /// A list of texts, or a single one.
-[[nodiscard]] std::vector<std::string> read_texts(const Node& node, const Place& place);
+[[nodiscard]] std::vector<std::string> read_texts(const Node& node, const SourceLocation& location);
 /// A number in the range; a fraction, or "none" for infinity, if the range allows them.
-[[nodiscard]] double to_number(const std::string& text, const Range& range, const Place& place);
+[[nodiscard]] double to_number(const std::string& text, const Range& range, const SourceLocation& location);
 /// A list of numbers, or one text with blanks between them.
-[[nodiscard]] std::vector<double> read_numbers(const Node& node, const Range& range, const Place& place);
+[[nodiscard]] std::vector<double> read_numbers(const Node& node, const Range& range,
+                                               const SourceLocation& location);
 /// Rows of numbers: a list of lists, or all numbers in one list or text, row by row.
 [[nodiscard]] std::vector<std::vector<double>> read_rows(const Node& node, std::size_t columns,
-                                                         const Range& range, const Place& place);
+                                                         const Range& range, const SourceLocation& location);
 /// A Boolean in the words of YAML 1.1; if the document allows digits, also 1 and 0.
-[[nodiscard]] bool read_boolean(const Node& node, const Place& place);
+[[nodiscard]] bool read_boolean(const Node& node, const SourceLocation& location);
 /// An existing file, relative to the document's folder. A name that ends in / may be a folder; the caller
 /// decides whether it accepts one.
-[[nodiscard]] std::filesystem::path read_file(const std::string& text, const Place& place);
+[[nodiscard]] std::filesystem::path read_file(const std::string& text, const SourceLocation& location);
 /// Throws InputError with the closest of `known` if a text is none of these.
-void require_word(const std::string& text, const std::vector<std::string>& known, const Place& place);
+void require_word(const std::string& text, const std::vector<std::string>& known,
+                  const SourceLocation& location);
 /// One of `words`.
 [[nodiscard]] std::string read_word(const Node& node, const std::vector<std::string>& words,
-                                    const Place& place);
+                                    const SourceLocation& location);
 
 // Trees of settings: changes at a key, and output on one line.
 /// Sets `value` at a dotted key of `root` and replaces the old value: "city.synthetic.seed",

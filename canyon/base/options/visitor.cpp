@@ -67,7 +67,7 @@ std::string file_text(const std::filesystem::path& file) {
 class FieldValue final : public Value {
  public:
   using Text = std::function<std::string()>;
-  using Read = std::function<void(const Node&, const Place&)>;
+  using Read = std::function<void(const Node&, const SourceLocation&)>;
   FieldValue(Type type, bool given, Text text, Read read)
       : type_(type), given_(given), text_(std::move(text)), read_(std::move(read)) {}
   FieldValue& within(const Range& range, bool in_range) {
@@ -87,8 +87,8 @@ class FieldValue final : public Value {
     given_ = value.has_value();
     in_range_ = in_range_ || !value;
     text_ = [&value, text = std::move(text_)] { return value ? text() : std::string(); };
-    read_ = [&value, &held, read = std::move(read_)](const Node& node, const Place& place) {
-      read(node, place);
+    read_ = [&value, &held, read = std::move(read_)](const Node& node, const SourceLocation& location) {
+      read(node, location);
       value = held;
     };
     return std::move(*this);
@@ -107,7 +107,7 @@ class FieldValue final : public Value {
   std::optional<Range> range() const override { return range_; }
   std::vector<std::string> words() const override { return strings(words_); }
   bool is_angle() const override { return is_angle_; }
-  void read(const Node& node, const Place& place) override { read_(node, place); }
+  void read(const Node& node, const SourceLocation& location) override { read_(node, location); }
 
   // Empty: the result of text(), by range and words.
   Text exact_, shown_, bound_;
@@ -125,12 +125,12 @@ class FieldValue final : public Value {
 /// Sets a value to the result of `read`.
 template <typename T, typename Read>
 FieldValue::Read into(T& value, const Read& read) {
-  return [&value, read](const Node& node, const Place& place) { value = read(node, place); };
+  return [&value, read](const Node& node, const SourceLocation& location) { value = read(node, location); };
 }
 
 FieldValue number_value(double& value, const Range& range) {
-  const auto read = [&range](const Node& node, const Place& place) {
-    return to_number(read_scalar(node, place), range, place);
+  const auto read = [&range](const Node& node, const SourceLocation& location) {
+    return to_number(read_scalar(node, location), range, location);
   };
   const auto text = [&value] { return show(value); };
   return FieldValue(Type::Number, true, text, into(value, read)).within(range, range.holds(value));
@@ -143,13 +143,13 @@ FieldValue text_value(std::string& value) {
 template <typename Integer>
 FieldValue integer_value(Integer& value, std::int64_t low, std::int64_t high) {
   const auto holds = [low, high](std::int64_t number) { return number >= low && number <= high; };
-  const auto read = [=](const Node& node, const Place& place) {
-    const std::string text = read_scalar(node, place);
+  const auto read = [=](const Node& node, const SourceLocation& location) {
+    const std::string text = read_scalar(node, location);
     const auto number = parse_integer(text);
-    if (!number) throw place.error(fmt::format("'{}' is not a whole number", text), "write digits alone");
+    if (!number) throw location.error(fmt::format("'{}' is not a whole number", text), "write digits alone");
     if (!holds(*number))
-      throw place.error(fmt::format("{} is out of range", text),
-                        fmt::format("it runs from {} to {}", low, high));
+      throw location.error(fmt::format("{} is out of range", text),
+                           fmt::format("it runs from {} to {}", low, high));
     return static_cast<Integer>(*number);
   };
   const auto text = [&value] { return fmt::format("{}", value); };
@@ -160,17 +160,17 @@ FieldValue integer_value(Integer& value, std::int64_t low, std::int64_t high) {
 }
 
 /// Words of a list, none twice.
-std::vector<std::string> read_words(const Node& node, Words words, const Place& place) {
-  std::vector<std::string> texts = read_texts(node, place);
+std::vector<std::string> read_words(const Node& node, Words words, const SourceLocation& location) {
+  std::vector<std::string> texts = read_texts(node, location);
   for (auto text = texts.begin(); text != texts.end(); ++text) {
     // Words of Visitor::replaced() below this key, if the key may be a list or a section.
-    const auto& replaced = place.document.replaced;
-    const std::string path = place.section.empty() ? place.key : place.section + "." + place.key;
+    const auto& replaced = location.document.replaced;
+    const std::string path = location.section.empty() ? location.key : location.section + "." + location.key;
     if (const auto cure = replaced.find(path + "." + *text); cure != replaced.end())
-      throw place.error(fmt::format("'{}' is unknown", *text), cure->second);
-    require_word(*text, strings(words), place);
+      throw location.error(fmt::format("'{}' is unknown", *text), cure->second);
+    require_word(*text, strings(words), location);
     if (std::find(texts.begin(), text, *text) != text)
-      throw place.error(fmt::format("'{}' is given twice", *text), "name each once");
+      throw location.error(fmt::format("'{}' is given twice", *text), "name each once");
   }
   return texts;
 }
@@ -181,19 +181,19 @@ std::string item_text(const NamedNumbers::value_type& item) {
   return fmt::format("{}={}", item.first, item.second);
 }
 
-void read_named_numbers(const Node& node, const Range& range, std::string_view form, const Place& place,
-                        NamedNumbers& value) {
+void read_named_numbers(const Node& node, const Range& range, std::string_view form,
+                        const SourceLocation& location, NamedNumbers& value) {
   NamedNumbers given;
-  for (const std::string& text : read_texts(node, place)) {
+  for (const std::string& text : read_texts(node, location)) {
     const std::size_t equals = std::min(text.find('='), text.size());
     const auto number = parse_double(std::string_view(text).substr(std::min(equals + 1, text.size())));
     if (equals == 0 || !number || !range.holds(*number)) {
-      throw place.error(fmt::format("'{}' is not {}", text, form),
-                        fmt::format("the number is {}", range.words()));
+      throw location.error(fmt::format("'{}' is not {}", text, form),
+                           fmt::format("the number is {}", range.words()));
     }
     const std::string name = text.substr(0, equals);
     if (!given.emplace(name, *number).second)
-      throw place.error(fmt::format("'{}' is given twice", name), "name each once");
+      throw location.error(fmt::format("'{}' is given twice", name), "name each once");
     value[name] = *number;
   }
 }
@@ -223,7 +223,7 @@ std::string Range::interval() const {
   return none ? text + ", or none" : text;
 }
 
-InputError Place::error(std::string_view problem, std::string_view cure) const {
+InputError SourceLocation::error(std::string_view problem, std::string_view cure) const {
   return document.error(section, key, line, problem, cure);
 }
 
@@ -238,8 +238,8 @@ void Visitor::angle(const Field& f, double& value_rad, const Range& range_deg) {
   Range range = range_deg;
   range.low = geodesy::radians(range.low);
   range.high = geodesy::radians(range.high);
-  const auto read = [&](const Node& node, const Place& place) {
-    return geodesy::radians(to_number(read_scalar(node, place), range_deg, place));
+  const auto read = [&](const Node& node, const SourceLocation& location) {
+    return geodesy::radians(to_number(read_scalar(node, location), range_deg, location));
   };
   const auto text = [&] { return show(exact_degrees(value_rad)); };
   FieldValue of(Type::Number, true, text, into(value_rad, read));
@@ -275,15 +275,17 @@ void Visitor::texts(const Field& f, std::vector<std::string>& value) {
   visit_value(f, FieldValue(Type::Texts, !value.empty(), text, into(value, read_texts)));
 }
 void Visitor::words(const Field& f, std::vector<std::string>& value, Words words) {
-  const auto read = [&](const Node& node, const Place& place) {
-    if (node.kind != Node::Kind::Empty) value = read_words(node, words, place);
+  const auto read = [&](const Node& node, const SourceLocation& location) {
+    if (node.kind != Node::Kind::Empty) value = read_words(node, words, location);
   };
   const auto text = [&] { return flow(value); };
   FieldValue of(Type::Texts, !value.empty(), text, read);
   visit_value(f, std::move(of.among(words)));
 }
 void Visitor::numbers(const Field& f, std::vector<double>& value, const Range& range) {
-  const auto read = [&](const Node& node, const Place& place) { return read_numbers(node, range, place); };
+  const auto read = [&](const Node& node, const SourceLocation& location) {
+    return read_numbers(node, range, location);
+  };
   const auto text = [&] { return numbers_text(value); };
   FieldValue of(Type::Numbers, !value.empty(), text, into(value, read));
   of.within(range, std::all_of(value.begin(), value.end(), [&](double each) { return range.holds(each); }));
@@ -293,8 +295,8 @@ void Visitor::named_numbers(const Field& f, NamedNumbers& value, const Range& ra
   const auto wrong = std::find_if(value.begin(), value.end(), [&](const auto& item) {
     return item.first.empty() || !range.holds(item.second);
   });
-  const auto read = [&](const Node& node, const Place& place) {
-    read_named_numbers(node, range, form, place, value);
+  const auto read = [&](const Node& node, const SourceLocation& location) {
+    read_named_numbers(node, range, form, location, value);
   };
   const auto text = [&] {
     return flow_of(value, [](const auto& item) { return yaml_scalar(item_text(item)); });
@@ -307,23 +309,23 @@ void Visitor::named_numbers(const Field& f, NamedNumbers& value, const Range& ra
 }
 void Visitor::file(const Field& f, std::optional<std::filesystem::path>& value) {
   const auto text = [&value] { return value ? file_text(*value) : ""; };
-  const auto read = [](const Node& node, const Place& place) {
-    return read_file(read_text(node, place), place);
+  const auto read = [](const Node& node, const SourceLocation& location) {
+    return read_file(read_text(node, location), location);
   };
   visit_value(f, FieldValue(Type::File, value.has_value(), text, into(value, read)));
 }
 void Visitor::files(const Field& f, std::vector<std::filesystem::path>& value) {
-  const auto read = [](const Node& node, const Place& place) {
+  const auto read = [](const Node& node, const SourceLocation& location) {
     std::vector<std::filesystem::path> files;
-    for (const std::string& text : read_texts(node, place)) files.push_back(read_file(text, place));
+    for (const std::string& text : read_texts(node, location)) files.push_back(read_file(text, location));
     return files;
   };
   const auto text = [&value] { return flow_of(value, file_text); };
   visit_value(f, FieldValue(Type::Files, !value.empty(), text, into(value, read)));
 }
 void Visitor::word(const Field& f, std::string& value, Words words) {
-  const auto read = [&](const Node& node, const Place& place) {
-    return read_word(node, strings(words), place);
+  const auto read = [&](const Node& node, const SourceLocation& location) {
+    return read_word(node, strings(words), location);
   };
   const auto text = [&] { return value; };
   FieldValue of(Type::Choice, !value.empty(), text, into(value, read));
@@ -334,8 +336,8 @@ int Visitor::choose(const Field& f, int now, Words words) {
   const auto text = [&] {
     return known ? std::string(words[static_cast<std::size_t>(now)]) : fmt::format("{}", now);
   };
-  const auto read = [&](const Node& node, const Place& place) {
-    const std::string word = read_word(node, strings(words), place);
+  const auto read = [&](const Node& node, const SourceLocation& location) {
+    const std::string word = read_word(node, strings(words), location);
     return static_cast<int>(std::find(words.begin(), words.end(), word) - words.begin());
   };
   FieldValue of(Type::Choice, true, text, into(now, read));
@@ -345,8 +347,8 @@ int Visitor::choose(const Field& f, int now, Words words) {
 void Visitor::named_rows(const Field& by_name, Words words, const Field& by_rows, std::size_t columns,
                          NamedRows& value) {
   one_of({by_name.name, by_rows.name});
-  const auto read = [&](const Node& node, const Place& place) {
-    value.set_name(read_word(node, strings(words), place));
+  const auto read = [&](const Node& node, const SourceLocation& location) {
+    value.set_name(read_word(node, strings(words), location));
   };
   const auto text = [&] { return value.name(); };
   FieldValue of(Type::Choice, is_one_of(words, value.name()), text, read);
@@ -354,12 +356,12 @@ void Visitor::named_rows(const Field& by_name, Words words, const Field& by_rows
   rows(by_rows, words, columns, value);
 }
 void Visitor::rows(const Field& f, Words words, std::size_t columns, NamedRows& value) {
-  const auto read = [&](const Node& node, const Place& place) {
-    const auto rows = read_rows(node, columns, {-1000, 1000}, place);
+  const auto read = [&](const Node& node, const SourceLocation& location) {
+    const auto rows = read_rows(node, columns, {-1000, 1000}, location);
     try {
       value.set_rows(rows);
     } catch (const InputError& error) {
-      throw place.error(error.problem(), error.cure());
+      throw location.error(error.problem(), error.cure());
     }
   };
   // A value with a known name is written as its name.

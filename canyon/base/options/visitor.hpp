@@ -55,7 +55,7 @@ enum class Type { Number, Integer, Boolean, Text, Choice, Texts, Numbers, Rows, 
 struct Document;
 struct Node;
 /// A key of a text that is read; names it in messages about its value.
-struct Place {
+struct SourceLocation {
   const Document& document;
   const std::string& section;  ///< path
   std::string key;
@@ -84,7 +84,7 @@ class Value {
   /// The field is in radians, its name in degrees.
   [[nodiscard]] virtual bool is_angle() const { return false; }
   /// Throws InputError if the node has no such value or it is out of range.
-  virtual void read(const Node& node, const Place& place) = 0;
+  virtual void read(const Node& node, const SourceLocation& location) = 0;
 
  protected:
   Value() = default;

@@ -103,24 +103,25 @@ void inherit(TagMap& tags, const TagMap& from, std::initializer_list<const char*
 
 }  // namespace
 
-Eigen::Vector3d MapFrame::mesh_from_map(const LonLat& place, double height_m) const {
-  return frame_.local_from_geodetic(geodesy::Geodetic::from_degrees(place.y(), place.x(), height_m));
+Eigen::Vector3d MapFrame::mesh_from_map(const LonLat& point, double height_m) const {
+  return frame_.local_from_geodetic(geodesy::Geodetic::from_degrees(point.y(), point.x(), height_m));
 }
 
 Eigen::Vector3d MapFrame::map_from_mesh(const Eigen::Vector3d& point) const {
-  const geodesy::Geodetic place = frame_.geodetic_from_local(point);
-  return {geodesy::degrees(place.longitude_rad), geodesy::degrees(place.latitude_rad), place.height_m};
+  const geodesy::Geodetic position = frame_.geodetic_from_local(point);
+  return {geodesy::degrees(position.longitude_rad), geodesy::degrees(position.latitude_rad),
+          position.height_m};
 }
 
-std::optional<double> MapFrame::ground_height_m(const LonLat& place) const {
+std::optional<double> MapFrame::ground_height_m(const LonLat& point) const {
   if (terrain_ == nullptr) return frame_.origin().height_m;
-  return terrain_->height_m(place);
+  return terrain_->height_m(point);
 }
 
-std::optional<Eigen::Vector3d> MapFrame::ground(const LonLat& place) const {
-  const std::optional<double> height = ground_height_m(place);
+std::optional<Eigen::Vector3d> MapFrame::ground(const LonLat& point) const {
+  const std::optional<double> height = ground_height_m(point);
   if (!height) return std::nullopt;
-  return mesh_from_map(place, *height);
+  return mesh_from_map(point, *height);
 }
 
 std::optional<Ground> ground_along(const std::vector<MapPolygon>& polygons, const MapFrame& map_frame,
@@ -128,10 +129,10 @@ std::optional<Ground> ground_along(const std::vector<MapPolygon>& polygons, cons
   Ground ground;
   double sum = 0;
   std::size_t count = 0;
-  const auto add = [&](const LonLat& place) {
-    const std::optional<double> height = map_frame.ground_height_m(place);
+  const auto add = [&](const LonLat& point) {
+    const std::optional<double> height = map_frame.ground_height_m(point);
     if (!height) return;
-    const double z = map_frame.mesh_from_map(place, *height).z();
+    const double z = map_frame.mesh_from_map(point, *height).z();
     sum += z;
     if (count++ == 0 || z < ground.lowest_z) {
       ground.lowest_z = z;

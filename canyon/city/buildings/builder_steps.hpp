@@ -29,14 +29,14 @@ class MapFrame {
   [[nodiscard]] const geodesy::LocalFrame& frame() const { return frame_; }
 
   /// East, north, up [m] of longitude, latitude [deg] and ellipsoidal height [m].
-  [[nodiscard]] Eigen::Vector3d mesh_from_map(const LonLat& place, double height_m) const;
+  [[nodiscard]] Eigen::Vector3d mesh_from_map(const LonLat& location, double height_m) const;
   /// Inverse: longitude, latitude [deg], ellipsoidal height [m].
   [[nodiscard]] Eigen::Vector3d map_from_mesh(const Eigen::Vector3d& point) const;
 
   /// Ellipsoidal height of the ground; empty if the terrain has none.
-  [[nodiscard]] std::optional<double> ground_height_m(const LonLat& place) const;
+  [[nodiscard]] std::optional<double> ground_height_m(const LonLat& location) const;
   /// Mesh coordinates of the ground at a position; empty likewise.
-  [[nodiscard]] std::optional<Eigen::Vector3d> ground(const LonLat& place) const;
+  [[nodiscard]] std::optional<Eigen::Vector3d> ground(const LonLat& location) const;
 
  private:
   geodesy::LocalFrame frame_;

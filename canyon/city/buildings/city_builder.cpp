@@ -25,7 +25,7 @@ constexpr const char* kSameOutline = "the same outline as another building";
 constexpr double kBeyond_m2 = 4;  // smaller areas of parts beyond their outline are drawing inaccuracies
 
 /// A feature after the first step.
-struct Placed {
+struct LocatedFeature {
   std::vector<Polygon2> polygons;
   std::optional<Ground> ground;
   std::vector<std::size_t> parts;       // of a building, by feature index
@@ -48,7 +48,7 @@ class Builder {
         options_(options),
         progress_(progress),
         map_frame_(choose_origin(map, terrain, options.origin), terrain),
-        placed_(map.features.size()),
+        located_(map.features.size()),
         tags_(map, options.heights) {}
 
   BuiltCity run() {
@@ -59,7 +59,7 @@ class Builder {
     result_.city.geoid_undulation_m = of_terrain ? *of_terrain : map_.geoid_undulation_m.value_or(0);
     result_.features.resize(map_.features.size());
     for (std::size_t i = 0; i < map_.features.size(); ++i) {
-      place(i);
+      locate(i);
       if (i % 256 == 0) report_progress(i / 2);
     }
     drop_duplicates();
@@ -91,12 +91,12 @@ class Builder {
 
   // --- transforming and repairing --------------------------------------------------------------------
 
-  [[nodiscard]] std::vector<Point2> place_ring(const MapRing& ring) {
+  [[nodiscard]] std::vector<Point2> local_ring(const MapRing& ring) {
     std::vector<Point2> points;
     points.reserve(ring.size());
-    for (const LonLat& place : ring) {
-      const double height = map_frame_.ground_height_m(place).value_or(map_frame_.frame().origin().height_m);
-      points.push_back(map_frame_.mesh_from_map(place, height).head<2>());
+    for (const LonLat& point : ring) {
+      const double height = map_frame_.ground_height_m(point).value_or(map_frame_.frame().origin().height_m);
+      points.push_back(map_frame_.mesh_from_map(point, height).head<2>());
       bounds_.extend(points.back());
     }
     return points;
@@ -109,10 +109,10 @@ class Builder {
     result_.features[i].reason = why;
   }
 
-  void place(std::size_t i) {
+  void locate(std::size_t i) {
     const MapFeature& feature = map_.features[i];
     BuiltFeature& built = result_.features[i];
-    Placed& placed = placed_[i];
+    LocatedFeature& located = located_[i];
     built.id = feature.id;
     built.part = feature.kind == FeatureKind::Part;
     if (!feature.surfaces.empty()) {
@@ -122,21 +122,21 @@ class Builder {
       return;
     }
     if (!is_area(feature)) {
-      (void)place_ring(feature.line);
+      (void)local_ring(feature.line);
       return;
     }
     std::vector<Polygon2> raw;
     raw.reserve(feature.polygons.size());
     for (const MapPolygon& polygon : feature.polygons) {
       Polygon2 next;
-      next.outer = place_ring(polygon.outer);
-      for (const MapRing& inner : polygon.inners) next.holes.push_back(place_ring(inner));
+      next.outer = local_ring(polygon.outer);
+      for (const MapRing& inner : polygon.inners) next.holes.push_back(local_ring(inner));
       raw.push_back(std::move(next));
     }
     std::vector<std::string> notes;
-    placed.polygons = repair(raw, notes);
+    located.polygons = repair(raw, notes);
     const std::string said = fmt::format("{}", fmt::join(notes, "; "));
-    if (placed.polygons.empty()) {
+    if (located.polygons.empty()) {
       skip(i, said.empty() ? "no area" : said);
       return;
     }
@@ -145,9 +145,9 @@ class Builder {
       built.reason = said;
       for (const std::string& note : notes) notes_.tell(Level::Remark, "repaired, " + note, feature.id);
     }
-    placed.ground = ground_along(feature.polygons, map_frame_, terrain_ != nullptr);
-    if (!placed.ground) {
-      placed.polygons.clear();
+    located.ground = ground_along(feature.polygons, map_frame_, terrain_ != nullptr);
+    if (!located.ground) {
+      located.polygons.clear();
       skip(i, "no terrain height below it");
     }
   }
@@ -155,17 +155,17 @@ class Builder {
   // --- assigning parts to buildings ------------------------------------------------------------------
 
   [[nodiscard]] bool stands_by_tags(std::size_t i) const {
-    return map_.features[i].surfaces.empty() && !placed_[i].polygons.empty();
+    return map_.features[i].surfaces.empty() && !located_[i].polygons.empty();
   }
 
   // Some buildings are mapped twice (a way and a relation, or two uploads). Those at different heights stay.
   void drop_duplicates() {
     SameOutlines seen;
-    for (std::size_t i = 0; i < placed_.size(); ++i) {
+    for (std::size_t i = 0; i < located_.size(); ++i) {
       if (map_.features[i].kind != FeatureKind::Building || !stands_by_tags(i)) continue;
-      const auto same = seen.add(i, placed_[i].polygons, tags_.shape(i).min_height_m);
+      const auto same = seen.add(i, located_[i].polygons, tags_.shape(i).min_height_m);
       if (!same) continue;
-      placed_[i].polygons.clear();
+      located_[i].polygons.clear();
       skip(i, kSameOutline);
       result_.features[i].reason += " (" + map_.features[*same].id + ")";
     }
@@ -174,10 +174,10 @@ class Builder {
   void assign() {
     std::vector<std::size_t> building_index, part_index;
     std::vector<Outline> buildings, parts;
-    for (std::size_t i = 0; i < placed_.size(); ++i) {
+    for (std::size_t i = 0; i < located_.size(); ++i) {
       if (!stands_by_tags(i)) continue;
       const MapFeature& feature = map_.features[i];
-      const Outline outline{&feature.id, &feature.belongs_to, &placed_[i].polygons};
+      const Outline outline{&feature.id, &feature.belongs_to, &located_[i].polygons};
       if (feature.kind == FeatureKind::Building) {
         building_index.push_back(i);
         buildings.push_back(outline);
@@ -199,9 +199,9 @@ class Builder {
     }
     for (std::size_t p = 0; p < parts.size(); ++p) {
       if (!assigned[p] || groups[*assigned[p]].empty()) continue;
-      placed_[part_index[p]].building = building_index[*assigned[p]];
+      located_[part_index[p]].building = building_index[*assigned[p]];
       tags_.set_building(part_index[p], building_index[*assigned[p]]);
-      placed_[building_index[*assigned[p]]].parts.push_back(part_index[p]);
+      located_[building_index[*assigned[p]]].parts.push_back(part_index[p]);
     }
   }
 
@@ -225,7 +225,7 @@ class Builder {
       }
     } else if (feature.kind == FeatureKind::Tree || feature.kind == FeatureKind::TreeRow) {
       if (options_.foliage) raise_trees(i);
-    } else if (!placed_[i].polygons.empty()) {
+    } else if (!located_[i].polygons.empty()) {
       if (feature.kind == FeatureKind::Wood) {
         if (options_.foliage) raise_wood(i);
       } else if (feature.kind == FeatureKind::Part) {
@@ -297,18 +297,18 @@ class Builder {
 
   void raise_building(std::size_t i) {
     const MapFeature& feature = map_.features[i];
-    const Placed& placed = placed_[i];
+    const LocatedFeature& located = located_[i];
     Shape shape = read_shape(feature.tags, feature.id);
-    std::vector<Polygon2> polygons = placed.polygons;
+    std::vector<Polygon2> polygons = located.polygons;
     bool cut = false;
-    if (!placed.parts.empty()) {
+    if (!located.parts.empty()) {
       double lowest_top = std::numeric_limits<double>::infinity();
       double lowest_bottom = std::numeric_limits<double>::infinity();
       bool on_ground = false;
       std::vector<Polygon2> covered;
-      for (const std::size_t p : placed.parts) {
+      for (const std::size_t p : located.parts) {
         const Shape part = tags_.shape(p);
-        covered.insert(covered.end(), placed_[p].polygons.begin(), placed_[p].polygons.end());
+        covered.insert(covered.end(), located_[p].polygons.begin(), located_[p].polygons.end());
         lowest_bottom = std::min(lowest_bottom, part.min_height_m);
         if (part.min_height_m < kOnGround_m) {
           on_ground = true;
@@ -325,14 +325,14 @@ class Builder {
       }
       if (polygons.empty() || shape.height_m < shape.min_height_m + kThinnest_m) {
         ++report().outlines_replaced;
-        result_.features[i].reason = fmt::format("replaced by {} parts", placed.parts.size());
+        result_.features[i].reason = fmt::format("replaced by {} parts", located.parts.size());
         result_.features[i].shape = shape;
-        result_.features[i].ground_m = placed.ground->lowest_height_m;
+        result_.features[i].ground_m = located.ground->lowest_height_m;
         return;
       }
       cut = true;
     }
-    if (!raise_solids(i, Surface::Building, polygons, shape, *placed.ground, placed.ground->lowest_z)) {
+    if (!raise_solids(i, Surface::Building, polygons, shape, *located.ground, located.ground->lowest_z)) {
       skip(i, "no height");
       return;
     }
@@ -340,29 +340,29 @@ class Builder {
     if (cut) {
       ++report().outlines_cut;
       std::string& reason = result_.features[i].reason;
-      reason += fmt::format("{}next to or below {} parts", reason.empty() ? "" : "; ", placed.parts.size());
+      reason += fmt::format("{}next to or below {} parts", reason.empty() ? "" : "; ", located.parts.size());
     }
     count_guesses(report(), shape, is_facade_known(feature.tags));
   }
 
   void raise_part(std::size_t i) {
     const MapFeature& feature = map_.features[i];
-    const Placed& placed = placed_[i];
+    const LocatedFeature& located = located_[i];
     bool inherited = false;
     const std::map<std::string, std::string> tags = tags_.of(i, &inherited);
     const Shape shape = read_shape(tags, feature.id);
     // All parts of a building are on its base, so that they stack.
     const double base_z =
-        placed.building ? placed_[*placed.building].ground->lowest_z : placed.ground->lowest_z;
-    if (!raise_solids(i, Surface::Building, placed.polygons, shape, *placed.ground, base_z)) {
+        located.building ? located_[*located.building].ground->lowest_z : located.ground->lowest_z;
+    if (!raise_solids(i, Surface::Building, located.polygons, shape, *located.ground, base_z)) {
       skip(i, "no height");
       return;
     }
     ++report().parts;
-    if (!placed.building) {
+    if (!located.building) {
       ++report().parts_alone;
       notes_.tell(Level::Remark, "part without a building outline", feature.id);
-    } else if (total_area(subtract(placed.polygons, placed_[*placed.building].polygons)) > kBeyond_m2) {
+    } else if (total_area(subtract(located.polygons, located_[*located.building].polygons)) > kBeyond_m2) {
       ++report().parts_beyond;
       notes_.tell(Level::Remark, "part extends beyond its outline", feature.id);
     }
@@ -407,8 +407,8 @@ class Builder {
     const bool bridge = passage_kind(feature.tags) == PassageKind::Bridge;
     if (!(bridge ? options_.bridges : options_.tunnels)) return;
     std::vector<Eigen::Vector3d> line;
-    for (const LonLat& place : feature.line) {
-      const std::optional<Eigen::Vector3d> ground = map_frame_.ground(place);
+    for (const LonLat& point : feature.line) {
+      const std::optional<Eigen::Vector3d> ground = map_frame_.ground(point);
       if (!ground) {
         notes_.tell(Level::Loss, "tunnels and bridges beyond the terrain, left out", feature.id);
         return;
@@ -431,17 +431,17 @@ class Builder {
     const MapFeature& feature = map_.features[i];
     const double height = length_tag_m(feature.tags, "height", 1, 150, options_.tree_height_m);
     const double crown = length_tag_m(feature.tags, "diameter_crown", 0.5, 50, options_.tree_crown_m);
-    const std::vector<LonLat> places = tree_places(feature);
+    const std::vector<LonLat> positions = tree_positions(feature);
     std::size_t planted = 0;
-    for (const LonLat& place : places) {
-      const std::optional<Eigen::Vector3d> ground = map_frame_.ground(place);
+    for (const LonLat& point : positions) {
+      const std::optional<Eigen::Vector3d> ground = map_frame_.ground(point);
       if (!ground) continue;
       const std::string name = planted == 0 ? feature.id : fmt::format("{}#{}", feature.id, planted + 1);
       const double foot_z =
-          feature.base_m ? map_frame_.mesh_from_map(place, *feature.base_m).z() : ground->z();
+          feature.base_m ? map_frame_.mesh_from_map(point, *feature.base_m).z() : ground->z();
       append_tree(mesh(), name, ground->head<2>(), foot_z, height, crown);
       if (planted++ == 0) {
-        result_.features[i].ground_m = map_frame_.ground_height_m(place).value_or(0);
+        result_.features[i].ground_m = map_frame_.ground_height_m(point).value_or(0);
         result_.features[i].shape.height_m = height;
       }
     }
@@ -455,8 +455,8 @@ class Builder {
     shape.height_m = length_tag_m(feature.tags, "height", 1, 150, options_.wood_height_m);
     shape.height_source = feature.tags.count("height") > 0 ? HeightSource::Tag : HeightSource::Default;
     shape.facade = shape.roof_material = city::Material::Foliage;
-    const Placed& placed = placed_[i];
-    if (raise_solids(i, Surface::Foliage, placed.polygons, shape, *placed.ground, placed.ground->mean_z))
+    const LocatedFeature& located = located_[i];
+    if (raise_solids(i, Surface::Foliage, located.polygons, shape, *located.ground, located.ground->mean_z))
       ++report().woods;
   }
 
@@ -480,7 +480,7 @@ class Builder {
   const BuildOptions& options_;
   const std::function<void(std::size_t, std::size_t)>& progress_;
   MapFrame map_frame_;
-  std::vector<Placed> placed_;
+  std::vector<LocatedFeature> located_;
   FeatureTags tags_;
   Eigen::AlignedBox2d bounds_;  ///< east, north
   ReadReport notes_;

@@ -49,7 +49,7 @@ struct BuildReport {
 
 struct BuiltCity {
   city::City city;
-  bool placed = true;  ///< false: neither the source nor an option gives a position on the Earth
+  bool is_georeferenced = true;  ///< false: neither the source nor an option gives a position on the Earth
   BuildReport report;
   std::vector<BuiltFeature> features;
 };

@@ -42,8 +42,8 @@ class Sketch {
   }
 
   [[nodiscard]] LonLat at(double east, double north) const {
-    const Geodetic place = frame_.geodetic_from_local({east, north, 0});
-    return {geodesy::degrees(place.longitude_rad), geodesy::degrees(place.latitude_rad)};
+    const Geodetic position = frame_.geodetic_from_local({east, north, 0});
+    return {geodesy::degrees(position.longitude_rad), geodesy::degrees(position.latitude_rad)};
   }
   [[nodiscard]] MapRing box(double west, double south, double east, double north) const {
     return {at(west, south), at(east, south), at(east, north), at(west, north)};
@@ -108,9 +108,9 @@ void expect_sound(const BuiltCity& built) {
     if (!feature.built || feature.shape.roof != RoofShape::Flat || feature.footprint.empty()) continue;
     std::vector<Polygon2> polygons;
     for (const MapPolygon& polygon : feature.footprint) {
-      const auto ring = [&](const MapRing& places) {
+      const auto ring = [&](const MapRing& positions) {
         std::vector<Point2> points;
-        for (const LonLat& p : places) {
+        for (const LonLat& p : positions) {
           points.push_back(
               built.city.frame.local_from_geodetic(Geodetic::from_degrees(p.y(), p.x(), feature.ground_m))
                   .head<2>());

@@ -153,23 +153,23 @@ std::string_view GltfBuffers::view(std::uint64_t index) {
 }
 
 void GltfBuffers::fill_sparse(const Json& sparse, const Json& accessor, AccessorValues& out) {
-  AccessorValues places, values;
-  places.count = values.count = count_member(sparse, "count");
-  if (places.count > out.count) throw InputError("a sparse accessor has more values than elements");
+  AccessorValues points, values;
+  points.count = values.count = count_member(sparse, "count");
+  if (points.count > out.count) throw InputError("a sparse accessor has more values than elements");
   values.width = out.width;
   const Json& at = sparse.at("indices");
   const Json& data = sparse.at("values");
   read_elements(from_offset(view(count_member(at, "bufferView")), count_member(at, "byteOffset", 0)), 0,
-                component_of(at), places);
+                component_of(at), points);
   read_elements(from_offset(view(count_member(data, "bufferView")), count_member(data, "byteOffset", 0)), 0,
                 component_of(accessor), values);
-  for (std::size_t i = 0; i < places.count; ++i) {
-    const double place = places.values[i];
-    if (!(place >= 0 && place < static_cast<double>(out.count)))
+  for (std::size_t i = 0; i < points.count; ++i) {
+    const double position = points.values[i];
+    if (!(position >= 0 && position < static_cast<double>(out.count)))
       throw InputError("a sparse accessor extends beyond its elements");
     std::copy_n(
         values.values.begin() + static_cast<std::ptrdiff_t>(i * out.width), out.width,
-        out.values.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(place) * out.width));
+        out.values.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(position) * out.width));
   }
 }
 
@@ -293,18 +293,18 @@ DracoMesh unpack_draco(std::string_view packed, int position, int feature) {
                      "get the file again");
   }
   const std::unique_ptr<draco::Mesh> mesh = std::move(decoded).value();
-  const draco::PointAttribute* places = draco_attribute(*mesh, position);
-  if (places == nullptr) throw InputError("the Draco data have no positions");
+  const draco::PointAttribute* locations = draco_attribute(*mesh, position);
+  if (locations == nullptr) throw InputError("the Draco data have no positions");
   const draco::PointAttribute* features = draco_attribute(*mesh, feature);
   DracoMesh out;
   const std::uint32_t points = mesh->num_points();
   out.positions.reserve(points);
   for (draco::PointIndex i(0); i < points; ++i) {
-    std::array<double, 3> place{};
+    std::array<double, 3> point{};
     std::array<double, 1> id{};
-    if (!places->ConvertValue<double, 3>(places->mapped_index(i), place.data()))
+    if (!locations->ConvertValue<double, 3>(locations->mapped_index(i), point.data()))
       throw InputError("the Draco data are damaged", "get the file again");
-    out.positions.emplace_back(place[0], place[1], place[2]);
+    out.positions.emplace_back(point[0], point[1], point[2]);
     if (features != nullptr && features->ConvertValue<double, 1>(features->mapped_index(i), id.data()))
       out.features.push_back(id[0]);
   }

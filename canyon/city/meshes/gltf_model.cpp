@@ -69,7 +69,7 @@ GltfParts split_glb(std::string_view bytes) {
 }
 
 /// A transform of three numbers, a quaternion and three factors; null: none.
-Eigen::Matrix4d placed(const double* move, const double* turn, const double* scale) {
+Eigen::Matrix4d transform_of(const double* move, const double* turn, const double* scale) {
   Eigen::Affine3d transform = Eigen::Affine3d::Identity();
   if (move != nullptr) transform.translate(Eigen::Vector3d(move));
   if (turn != nullptr) {
@@ -93,7 +93,7 @@ Eigen::Matrix4d node_matrix(const Json& node) {
   const auto given = [](const std::vector<double>& values) {
     return values.empty() ? nullptr : values.data();
   };
-  return placed(given(move), given(turn), given(scale));
+  return transform_of(given(move), given(turn), given(scale));
 }
 
 /// Triangles of indices in glTF's order; strips alternate.
@@ -192,12 +192,12 @@ class GltfDecoder {
       const Json& mesh = buffers_.item("meshes", count_member(node, "mesh"));
       meshes_.insert(count_member(node, "mesh"));
       const std::string mesh_name = name_of(mesh);
-      const std::vector<Eigen::Matrix4d> places = instances(node, matrix);
+      const std::vector<Eigen::Matrix4d> points = instances(node, matrix);
       GltfPrimitive out;
       out.node_index = index;
       out.node = name.empty() ? mesh_name : name;
       out.above = names_above;
-      for (const Json& primitive : mesh.at("primitives")) read_primitive(primitive, places, out);
+      for (const Json& primitive : mesh.at("primitives")) read_primitive(primitive, points, out);
     }
     const Json* children = node.find("children");
     if (children == nullptr) return;
@@ -224,17 +224,17 @@ class GltfDecoder {
       if (each->count != 0 && each->count != count) throw InputError("the instances' lists differ in length");
     if ((instances_ += count) > kMostInstances)
       throw InputError(fmt::format("has more than {} instances", kMostInstances));
-    std::vector<Eigen::Matrix4d> places;
+    std::vector<Eigen::Matrix4d> points;
     for (std::size_t i = 0; i < count; ++i) {
       const auto of = [i](const AccessorValues& all) {
         return all.count > 0 ? &all.values[all.width * i] : nullptr;
       };
-      places.emplace_back(matrix * placed(of(move), of(turn), of(scale)));
+      points.emplace_back(matrix * transform_of(of(move), of(turn), of(scale)));
     }
-    return places;
+    return points;
   }
 
-  void read_primitive(const Json& primitive, const std::vector<Eigen::Matrix4d>& places, GltfPrimitive out) {
+  void read_primitive(const Json& primitive, const std::vector<Eigen::Matrix4d>& points, GltfPrimitive out) {
     const std::uint64_t mode = count_member(primitive, "mode", kTriangleMode);
     if (mode != kTriangleMode && mode != kStripMode && mode != kFanMode) {
       ++model_.lines_and_points;
@@ -246,18 +246,18 @@ class GltfDecoder {
       for (const std::uint32_t v : triangle)
         if (v >= out.positions.size()) throw InputError("a triangle uses a vertex that does not exist");
     }
-    triangles_ += out.triangles.size() * places.size();
-    vertices_ += out.positions.size() * places.size();
+    triangles_ += out.triangles.size() * points.size();
+    vertices_ += out.positions.size() * points.size();
     if (triangles_ > kMostTriangles || vertices_ > kMostVertices)
       throw InputError(fmt::format("has more than {} triangles", kMostTriangles));
-    for (const Eigen::Matrix4d& place : places) {
-      GltfPrimitive placed = out;
-      for (Eigen::Vector3d& v : placed.positions)
-        v = place.topLeftCorner<3, 3>() * v + place.topRightCorner<3, 1>();
+    for (const Eigen::Matrix4d& position : points) {
+      GltfPrimitive posed = out;
+      for (Eigen::Vector3d& v : posed.positions)
+        v = position.topLeftCorner<3, 3>() * v + position.topRightCorner<3, 1>();
       // A mirroring transform flips the sides (glTF 2.0, 3.7.4).
-      if (place.topLeftCorner<3, 3>().determinant() < 0)
-        for (auto& triangle : placed.triangles) std::swap(triangle[1], triangle[2]);
-      model_.primitives.push_back(std::move(placed));
+      if (position.topLeftCorner<3, 3>().determinant() < 0)
+        for (auto& triangle : posed.triangles) std::swap(triangle[1], triangle[2]);
+      model_.primitives.push_back(std::move(posed));
     }
   }
 
@@ -290,10 +290,10 @@ class GltfDecoder {
       set_features(mesh.features, out);
       return;
     }
-    const AccessorValues places = buffers_.accessor(count_member(attributes, "POSITION"));
-    if (places.width != 3) throw InputError("positions are not of three numbers");
-    out.positions.reserve(places.count);
-    for (std::size_t i = 0; i < places.count; ++i) out.positions.emplace_back(&places.values[3 * i]);
+    const AccessorValues points = buffers_.accessor(count_member(attributes, "POSITION"));
+    if (points.width != 3) throw InputError("positions are not of three numbers");
+    out.positions.reserve(points.count);
+    for (std::size_t i = 0; i < points.count; ++i) out.positions.emplace_back(&points.values[3 * i]);
     if (!feature.empty() && attributes.contains(feature)) {
       const AccessorValues ids = buffers_.accessor(count_member(attributes, feature));
       if (ids.width == 1) set_features(ids.values, out);

@@ -105,11 +105,11 @@ class PlyReader {
         add_property(words);
       }
     }
-    const bool placed = std::any_of(elements_.begin(), elements_.end(), [](const PlyElement& element) {
+    const bool is_located = std::any_of(elements_.begin(), elements_.end(), [](const PlyElement& element) {
       return element.name == "vertex" &&
              std::count_if(element.properties.begin(), element.properties.end(), is_axis) == 3;
     });
-    if (!placed) throw fault("has no vertices with x, y and z");
+    if (!is_located) throw fault("has no vertices with x, y and z");
     if (binary_) line_ = 0;
   }
 

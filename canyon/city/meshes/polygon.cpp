@@ -159,7 +159,7 @@ class Sweep {
 
   bool find_diagonals() {
     std::set<std::uint32_t, Below> sides(Below{this});  // with the inside above them
-    std::vector<std::set<std::uint32_t, Below>::iterator> place(at_.size(), sides.end());
+    std::vector<std::set<std::uint32_t, Below>::iterator> index(at_.size(), sides.end());
     std::vector<std::uint32_t> helper(at_.size());
     std::vector<bool> merges(at_.size(), false);
     for (const std::uint32_t v : order_) {
@@ -168,7 +168,7 @@ class Sweep {
       const bool convex = turn(at_[from], at_[v], at_[next_[v]]) > 0;
       if (from_left) {
         if (merges[helper[from]]) join(v, helper[from]);
-        if (place[from] != sides.end()) sides.erase(place[from]);
+        if (index[from] != sides.end()) sides.erase(index[from]);
       }
       if (from_left != to_right ? !convex : !from_left) {
         auto below = sides.lower_bound(at_[v]);
@@ -180,7 +180,7 @@ class Sweep {
       if (to_right) {
         const auto [found, fresh] = sides.insert(v);
         if (!fresh) return false;
-        place[v] = found;
+        index[v] = found;
         helper[v] = v;
       }
       merges[v] = from_left && !to_right && !convex;

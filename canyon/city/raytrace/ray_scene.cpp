@@ -124,9 +124,9 @@ struct RayScene::Impl {
   Tracing tracing;
   BuiltMesh city;
   std::vector<city::Surface> surfaces;               ///< one per triangle of the city
-  std::vector<Mover> movers;                         ///< of `placed`, in its order
+  std::vector<Mover> movers;                         ///< of `posed`, in its order
   std::vector<std::unique_ptr<Instance>> instances;  ///< [id - 1]; null once removed
-  std::vector<PlacedInstance> placed;
+  std::vector<PosedInstance> posed;
   double movers_radius = 0;            ///< of the visible instances about the city's centre
   std::optional<LowestPoints> ground;  ///< of a city without terrain
 
@@ -232,7 +232,7 @@ void RayScene::remove_instance(InstanceId id) {
 }
 
 void RayScene::commit() {
-  impl_->placed.clear();
+  impl_->posed.clear();
   impl_->movers.clear();
   impl_->movers_radius = 0;
   for (std::size_t i = 0; i < impl_->instances.size(); ++i) {
@@ -248,7 +248,7 @@ void RayScene::commit() {
     // A millionth plus a millimetre larger than the mesh, for rounding to floats.
     impl_->movers.push_back(
         {centre, built.radius * (1 + 1e-6) + 1e-3, instance->pose.linear().transpose(), &built});
-    impl_->placed.push_back({static_cast<InstanceId>(i + 1), built.mesh.get(), instance->pose, built.bounds});
+    impl_->posed.push_back({static_cast<InstanceId>(i + 1), built.mesh.get(), instance->pose, built.bounds});
     impl_->movers_radius =
         std::max(impl_->movers_radius, (centre - impl_->city.centre).norm() + built.radius);
   }
@@ -258,8 +258,8 @@ const city::Mesh& RayScene::city() const {
   return *impl_->city.mesh;
 }
 
-const std::vector<PlacedInstance>& RayScene::placed_instances() const {
-  return impl_->placed;
+const std::vector<PosedInstance>& RayScene::posed_instances() const {
+  return impl_->posed;
 }
 
 std::optional<Hit> RayScene::cast(const Ray& ray, double min_range_m) const {
@@ -281,10 +281,10 @@ std::optional<Hit> RayScene::cast(const Ray& ray, double min_range_m) const {
   Vector3d corner;
   if (mover_hit) {
     const BuiltMesh& built = *impl_->movers[*mover_hit].built;
-    const PlacedInstance& placed = impl_->placed[*mover_hit];
-    hit.instance = placed.id;
-    hit.normal = (placed.enu_from_instance.linear() * built.area_normal(hit.triangle)).normalized();
-    corner = placed.enu_from_instance * built.vertex(hit.triangle, 0);
+    const PosedInstance& posed = impl_->posed[*mover_hit];
+    hit.instance = posed.id;
+    hit.normal = (posed.enu_from_instance.linear() * built.area_normal(hit.triangle)).normalized();
+    corner = posed.enu_from_instance * built.vertex(hit.triangle, 0);
   } else {
     hit.normal = impl_->city.area_normal(hit.triangle).normalized();
     corner = impl_->city.vertex(hit.triangle, 0);
@@ -329,15 +329,15 @@ double RayScene::surface_offset_m(const Vector3d& point) const {
   return 0.5e-3 + 4e-7 * (reach + (point - impl_->city.centre).norm());
 }
 
-void check_place(const Vector3d& place, std::string_view what) {
-  if (place.norm() <= 1e7) return;  // false for NaN
+void check_position(const Vector3d& point, std::string_view what) {
+  if (point.norm() <= 1e7) return;  // false for NaN
   throw InputError(fmt::format("{} ({:g}, {:g}, {:g}) is not finite, or more than 10000 km away", what,
-                               place.x(), place.y(), place.z()),
+                               point.x(), point.y(), point.z()),
                    "points are metres east, north and up in the city's frame; check the antenna's pose");
 }
 
-Placement RayScene::placement(const Vector3d& point) const {
-  check_place(point, "the point");
+Containment RayScene::containment(const Vector3d& point) const {
+  check_position(point, "the point");
   std::vector<Impl::Crossing> found;
 
   // Straight up: terrain and roofs.
@@ -357,9 +357,9 @@ Placement RayScene::placement(const Vector3d& point) const {
       nearest = c.range;
       stands_on_terrain = impl_->city.area_normal(c.triangle).z() > 0;
     }
-    if (!stands_on_terrain) return Placement::UnderTerrain;
+    if (!stands_on_terrain) return Containment::UnderTerrain;
   }
-  if (!roof_above) return Placement::Free;
+  if (!roof_above) return Containment::Free;
 
   std::array<int, kLevelRays> leaves{};
   for (int i = 0; i < kLevelRays; ++i) {
@@ -371,7 +371,7 @@ Placement RayScene::placement(const Vector3d& point) const {
       leaves[static_cast<std::size_t>(i)] += impl_->city.area_normal(c.triangle).dot(direction) > 0 ? 1 : -1;
     }
   }
-  return is_inside(leaves) ? Placement::InsideBuilding : Placement::Free;
+  return is_inside(leaves) ? Containment::InsideBuilding : Containment::Free;
 }
 
 std::optional<double> RayScene::terrain_height(double x, double y) const {

@@ -24,9 +24,10 @@ struct Ray {
   double max_range_m = std::numeric_limits<double>::infinity();
 };
 
-/// Throws InputError if `place` is not finite, or more than 10,000 km from the origin of its frame: rays are
-/// cast in single precision, which cannot resolve a city there. @param what names the point in the message
-void check_place(const Eigen::Vector3d& place, std::string_view what);
+/// Throws InputError if `position` is not finite, or more than 10,000 km from the origin of its frame: rays
+/// are cast in single precision, which cannot resolve a city there. @param what names the point in the
+/// message
+void check_position(const Eigen::Vector3d& point, std::string_view what);
 
 /// Movable objects: 0 is the static city, add_instance() returns 1, 2, ...
 using InstanceId = std::uint32_t;
@@ -41,7 +42,7 @@ struct Hit {
 };
 
 /// Reason why no signal can be simulated at a point.
-enum class Placement : std::uint8_t {
+enum class Containment : std::uint8_t {
   Free,
   InsideBuilding,
   UnderTerrain,
@@ -49,7 +50,7 @@ enum class Placement : std::uint8_t {
 };
 
 /// A movable mesh with its pose at the last commit.
-struct PlacedInstance {
+struct PosedInstance {
   InstanceId id = 0;
   const city::Mesh* mesh = nullptr;  ///< in its own frame; valid until the next commit()
   Eigen::Isometry3d enu_from_instance = Eigen::Isometry3d::Identity();
@@ -87,7 +88,7 @@ class RayScene {
   /// The static part.
   [[nodiscard]] const city::Mesh& city() const;
   /// The visible instances since the last commit, by id.
-  [[nodiscard]] const std::vector<PlacedInstance>& placed_instances() const;
+  [[nodiscard]] const std::vector<PosedInstance>& posed_instances() const;
 
   /// First hit farther than `min_range_m`, or nothing within ray.max_range_m. Back sides count too.
   [[nodiscard]] std::optional<Hit> cast(const Ray& ray, double min_range_m = 0) const;
@@ -108,7 +109,7 @@ class RayScene {
   /// floors and single missing walls; the roof condition keeps streets, courtyards and doubtful walls from
   /// being classified as inside. Under the terrain: a terrain sheet is more than 1 mm above the point, and no
   /// sheet below it is hit from above.
-  [[nodiscard]] Placement placement(const Eigen::Vector3d& point) const;
+  [[nodiscard]] Containment containment(const Eigen::Vector3d& point) const;
 
   /// Height (ENU z) of the terrain under or above (x, y), of the highest sheet if there are several; empty
   /// if there is none.
@@ -129,8 +130,8 @@ class RayScene {
   std::unique_ptr<Impl> impl_;
 };
 
-// The rule by which a point under a roof counts as inside a building, for every tracer: RayScene::placement()
-// casts the rays; heat maps count them for all cells at once.
+// The rule by which a point under a roof counts as inside a building, for every tracer:
+// RayScene::containment() casts the rays; heat maps count them for all cells at once.
 
 /// Surfaces closer than this above a point do not cover it [m].
 inline constexpr double kSkin_m = 1e-3;

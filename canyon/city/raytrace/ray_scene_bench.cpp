@@ -66,8 +66,8 @@ struct Fixture {
 
   Fixture() {
     const std::vector<Vector3d> sky = canyon::bench::spread_sky(50);
-    for (const Vector3d& place : city.places) {
-      for (const Vector3d& direction : sky) rays.push_back({place, direction});
+    for (const Vector3d& point : city.positions) {
+      for (const Vector3d& direction : sky) rays.push_back({point, direction});
     }
     bare = std::make_unique<BareEmbree>(city.city.mesh, rays);
     result = std::make_unique<bool[]>(rays.size());
@@ -126,7 +126,7 @@ void print_ratio() {
     return v[v.size() / 2];
   };
   fmt::print("{}, {} rays of {} places; blocked: bare loop {}, RayScene {}\n", fixture().city.city.name,
-             fixture().rays.size(), fixture().city.places.size(), fixture().bare->blocked(),
+             fixture().rays.size(), fixture().city.positions.size(), fixture().bare->blocked(),
              fixture().ours());
   fmt::print("rate of RayScene over rate of the bare Embree loop: batch {:.2f}, one by one {:.2f}\n",
              median(batch), median(single));

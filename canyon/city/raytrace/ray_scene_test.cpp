@@ -84,7 +84,7 @@ TEST(RayScene, AnEmptyCityIsAnOpenField) {
   EXPECT_FALSE(scene.cast({{0, 0, 0}, {0, 0, -1}}));
   EXPECT_FALSE(scene.occluded({{0, 0, 0}, {0, 0, -1}}));
   EXPECT_FALSE(scene.terrain_height(0, 0));
-  EXPECT_EQ(scene.placement({1, 2, 3}), Placement::Free);
+  EXPECT_EQ(scene.containment({1, 2, 3}), Containment::Free);
 }
 
 // Closed form: a box from (10, -5, 0) to (20, 5, 30), seen from the origin at half height.
@@ -120,11 +120,13 @@ TEST(RayScene, RaysHaveNoLimitUnlessGivenOne) {
 TEST(RayScene, ManyRaysAtOnceAnswerAsOneByOne) {
   const RayScene scene(city::synthetic_city({}).mesh);
   std::mt19937_64 random(7);
-  std::uniform_real_distribution<double> place(-200, 200);
+  std::uniform_real_distribution<double> coordinate(-200, 200);
   for (const std::size_t count : {0u, 1u, 7u, 8u, 9u, 50u, 1003u}) {
     std::vector<Ray> rays(count);
     for (Ray& ray : rays) {
-      ray = {{place(random), place(random), 2}, random_direction(random), std::abs(place(random))};
+      ray = {{coordinate(random), coordinate(random), 2},
+             random_direction(random),
+             std::abs(coordinate(random))};
     }
     const auto result = std::make_unique<bool[]>(count);
     scene.occluded(rays, {result.get(), count});
@@ -266,15 +268,15 @@ TEST(RayScene, KnowsInsideFromOutside) {
   Mesh mesh = box({-20, -10, 0}, {20, 10, 40}, 0.4);
   append_sheet(mesh, Surface::Terrain, 500, 0);
   const RayScene scene(mesh);
-  EXPECT_EQ(scene.placement({0, 0, 2}), Placement::InsideBuilding);
-  EXPECT_EQ(scene.placement({0, 0, 39}), Placement::InsideBuilding);
-  EXPECT_EQ(scene.placement({0, 0, 41}), Placement::Free);
-  EXPECT_EQ(scene.placement({30, 0, 2}), Placement::Free);
-  EXPECT_EQ(scene.placement({30, 0, -0.5}), Placement::UnderTerrain);
-  EXPECT_EQ(scene.placement({0, 0, -0.5}), Placement::UnderTerrain);
-  EXPECT_EQ(scene.placement({100, 100, 0}), Placement::Free) << "on the ground";
-  EXPECT_EQ(scene.placement({600, 0, -5}), Placement::Free) << "beyond the edge of the terrain";
-  EXPECT_THROW((void)scene.placement({std::nan(""), 0, 0}), InputError);
+  EXPECT_EQ(scene.containment({0, 0, 2}), Containment::InsideBuilding);
+  EXPECT_EQ(scene.containment({0, 0, 39}), Containment::InsideBuilding);
+  EXPECT_EQ(scene.containment({0, 0, 41}), Containment::Free);
+  EXPECT_EQ(scene.containment({30, 0, 2}), Containment::Free);
+  EXPECT_EQ(scene.containment({30, 0, -0.5}), Containment::UnderTerrain);
+  EXPECT_EQ(scene.containment({0, 0, -0.5}), Containment::UnderTerrain);
+  EXPECT_EQ(scene.containment({100, 100, 0}), Containment::Free) << "on the ground";
+  EXPECT_EQ(scene.containment({600, 0, -5}), Containment::Free) << "beyond the edge of the terrain";
+  EXPECT_THROW((void)scene.containment({std::nan(""), 0, 0}), InputError);
 }
 
 /// A footprint extruded without a floor, walls facing out (or in, if `inside_out`).
@@ -300,16 +302,16 @@ TEST(RayScene, PlacementBearsTheFaultsOfRealMeshes) {
   append_extrusion(mesh, 100, 120, 0, 20, 30, false, false);  // no roof: the sky is open
   append_sheet(mesh, Surface::Terrain, 500, 0);
   const RayScene scene(mesh);
-  EXPECT_EQ(scene.placement({10, 10, 2}), Placement::InsideBuilding);
-  EXPECT_EQ(scene.placement({19.9, 10, 2}), Placement::InsideBuilding) << "beside a shared wall";
-  EXPECT_EQ(scene.placement({20.1, 10, 2}), Placement::InsideBuilding);
-  EXPECT_EQ(scene.placement({35, 10, 2}), Placement::InsideBuilding) << "in two buildings at once";
-  EXPECT_EQ(scene.placement({45, 10, 2}), Placement::InsideBuilding);
-  EXPECT_EQ(scene.placement({10, 70, 2}), Placement::InsideBuilding);
-  EXPECT_EQ(scene.placement({110, 10, 2}), Placement::Free);
+  EXPECT_EQ(scene.containment({10, 10, 2}), Containment::InsideBuilding);
+  EXPECT_EQ(scene.containment({19.9, 10, 2}), Containment::InsideBuilding) << "beside a shared wall";
+  EXPECT_EQ(scene.containment({20.1, 10, 2}), Containment::InsideBuilding);
+  EXPECT_EQ(scene.containment({35, 10, 2}), Containment::InsideBuilding) << "in two buildings at once";
+  EXPECT_EQ(scene.containment({45, 10, 2}), Containment::InsideBuilding);
+  EXPECT_EQ(scene.containment({10, 70, 2}), Containment::InsideBuilding);
+  EXPECT_EQ(scene.containment({110, 10, 2}), Containment::Free);
   for (const double x : {-0.5, 25.0, 60.0, 90.0}) {
     for (const double y : {-0.5, 21.0, 40.0, 59.5}) {
-      EXPECT_EQ(scene.placement({x, y, 2}), Placement::Free) << x << ", " << y;
+      EXPECT_EQ(scene.containment({x, y, 2}), Containment::Free) << x << ", " << y;
     }
   }
 }
@@ -319,17 +321,17 @@ TEST(RayScene, UnderABridgeIsFree) {
   append_sheet(mesh, Surface::Terrain, 500, 0);
   append_sheet(mesh, Surface::Terrain, 10, 12, {0, 100, 0});  // a second sheet above the first
   const RayScene scene(mesh);
-  EXPECT_EQ(scene.placement({0, 0, 2}), Placement::Free);
-  EXPECT_EQ(scene.placement({0, 0, 7}), Placement::InsideBuilding);
-  EXPECT_EQ(scene.placement({0, 100, 2}), Placement::Free);
+  EXPECT_EQ(scene.containment({0, 0, 2}), Containment::Free);
+  EXPECT_EQ(scene.containment({0, 0, 7}), Containment::InsideBuilding);
+  EXPECT_EQ(scene.containment({0, 100, 2}), Containment::Free);
 }
 
 TEST(RayScene, NoStreetOfTheSyntheticCityIsInside) {
   const city::SyntheticCityOptions options;
   const RayScene scene(city::synthetic_city(options).mesh);
   for (double along = -200; along <= 200; along += 0.7) {
-    EXPECT_EQ(scene.placement({along, 0.3, 2}), Placement::Free) << along;
-    EXPECT_EQ(scene.placement({0.3, along, 2}), Placement::Free) << along;
+    EXPECT_EQ(scene.containment({along, 0.3, 2}), Containment::Free) << along;
+    EXPECT_EQ(scene.containment({0.3, along, 2}), Containment::Free) << along;
   }
 }
 
@@ -376,13 +378,13 @@ TEST(RayScene, HongKongDriveIsInTheOpen) {
   const RayScene scene(hong_kong.mesh);
   // A crossing of the drive; all points of the drive itself, as used in the benchmarks, are in the open.
   EXPECT_NEAR(scene.terrain_height(24.5, 322).value(), 0, 1e-3);
-  EXPECT_EQ(scene.placement({24.5, 322, 2}), Placement::Free);
-  EXPECT_EQ(scene.placement({24.5, 322, -1}), Placement::UnderTerrain);
+  EXPECT_EQ(scene.containment({24.5, 322, 2}), Containment::Free);
+  EXPECT_EQ(scene.containment({24.5, 322, -1}), Containment::UnderTerrain);
   const bench::BenchCity drive = bench::bench_city();
-  ASSERT_EQ(drive.places.size(), 485u);
-  for (const Vector3d& place : drive.places) {
-    EXPECT_EQ(scene.placement(place), Placement::Free) << place.transpose();
-    EXPECT_NEAR(scene.terrain_height(place.x(), place.y()).value(), 0, 1e-3);
+  ASSERT_EQ(drive.positions.size(), 485u);
+  for (const Vector3d& position : drive.positions) {
+    EXPECT_EQ(scene.containment(position), Containment::Free) << position.transpose();
+    EXPECT_NEAR(scene.terrain_height(position.x(), position.y()).value(), 0, 1e-3);
   }
   // Fractions of the map inside buildings: seeded points agree with the fraction under roofs within a few per
   // cent (courtyards and arcades have a roof or none).
@@ -394,7 +396,7 @@ TEST(RayScene, HongKongDriveIsInTheOpen) {
   for (int i = 0; i < kPoints; ++i) {
     const Vector3d point(x(random), y(random), 2);
     const bool roof = scene.occluded({point, Vector3d::UnitZ()});
-    const bool in = scene.placement(point) == Placement::InsideBuilding;
+    const bool in = scene.containment(point) == Containment::InsideBuilding;
     inside += in ? 1 : 0;
     roofed += roof ? 1 : 0;
     inside_not_roofed += in && !roof ? 1 : 0;
@@ -415,7 +417,7 @@ TEST(RayScene, AMovingBoxBlocksAndFrees) {
   EXPECT_EQ(truck, 1u);
   scene.commit();
   EXPECT_NEAR(scene.cast(east).value().range_m, 100, 1e-9) << "hidden until posed";
-  EXPECT_TRUE(scene.placed_instances().empty());
+  EXPECT_TRUE(scene.posed_instances().empty());
 
   // Length across the ray: yaw 90 deg, so that its side is 1 m before its centre.
   const Isometry3d turned =
@@ -430,7 +432,7 @@ TEST(RayScene, AMovingBoxBlocksAndFrees) {
   EXPECT_TRUE(hit->normal.isApprox(-Vector3d::UnitX(), 1e-9));
   EXPECT_TRUE(hit->front);
   EXPECT_LT(hit->triangle, 12u);
-  ASSERT_EQ(scene.placed_instances().size(), 1u);
+  ASSERT_EQ(scene.posed_instances().size(), 1u);
 
   const std::array<Ray, 3> rays{east, north, Ray{{0, 0, 1}, {1, 0, 0}, 15}};
   std::array<bool, 3> blocked{};
@@ -443,7 +445,7 @@ TEST(RayScene, AMovingBoxBlocksAndFrees) {
   EXPECT_THAT(blocked, testing::ElementsAre(true, true, false)) << "the wall stays, the truck moved north";
   EXPECT_NEAR(scene.cast(east).value().range_m, 100, 1e-9);
   EXPECT_EQ(scene.cast(east).value().instance, 0u);
-  EXPECT_EQ(scene.placement({0, 20, 1}), Placement::Free) << "of the static city only";
+  EXPECT_EQ(scene.containment({0, 20, 1}), Containment::Free) << "of the static city only";
 
   scene.set_visible(truck, false);
   scene.commit();
@@ -464,13 +466,13 @@ TEST(RayScene, ManyInstancesAnswerAsTheSameMeshesStandingStill) {
   // Boxes of all shapes and orientations, once as instances, once as one static mesh: the static result is
   // the reference.
   std::mt19937_64 random(5);
-  std::uniform_real_distribution<double> place(-60, 60), size(0.3, 12), turn(-3, 3);
+  std::uniform_real_distribution<double> coordinate(-60, 60), size(0.3, 12), turn(-3, 3);
   RayScene moving(box({-5, -5, -5}, {5, 5, 5}));
   Mesh all = box({-5, -5, -5}, {5, 5, 5});
   for (int i = 0; i < 150; ++i) {
     const Vector3d corner(size(random), size(random), size(random));
     const Mesh mesh = box(-0.2 * corner, corner);  // with an offset origin
-    const Isometry3d pose = Eigen::Translation3d(place(random), place(random), place(random)) *
+    const Isometry3d pose = Eigen::Translation3d(coordinate(random), coordinate(random), coordinate(random)) *
                             Eigen::AngleAxisd(turn(random), random_direction(random));
     const InstanceId id = moving.add_instance(mesh);
     moving.set_pose(id, pose);
@@ -483,7 +485,7 @@ TEST(RayScene, ManyInstancesAnswerAsTheSameMeshesStandingStill) {
   int hits = 0, disagreements = 0;
   std::vector<Ray> rays;
   for (int i = 0; i < 20'000; ++i) {
-    Ray ray{{place(random), place(random), place(random)}, random_direction(random)};
+    Ray ray{{coordinate(random), coordinate(random), coordinate(random)}, random_direction(random)};
     if (i % 3 == 0) ray.max_range_m = size(random);
     const double min_range = i % 5 == 0 ? 4.0 : 0.0;
     rays.push_back(ray);
@@ -546,7 +548,7 @@ TEST(RayScene, ThreadsMayAskAtOnce) {
     threads.emplace_back([&, t] {
       for (std::size_t i = 0; i < rays.size(); ++i) {
         if (scene.occluded(rays[i]) != alone[i] || scene.cast(rays[i]).has_value() != alone[i]) ++wrong[t];
-        if (i % 100 == 0 && scene.placement(rays[i].origin) != Placement::Free) ++wrong[t];
+        if (i % 100 == 0 && scene.containment(rays[i].origin) != Containment::Free) ++wrong[t];
       }
     });
   }

@@ -67,7 +67,7 @@ class TilesReader {
   TilesCity read(const std::function<void(std::size_t, std::size_t)>& progress) {
     const TilesetRoot root = name_root([&] { return read_root(source_); });
     out_.georeferenced = root.on_earth;
-    place(root);
+    set_origin(root);
     const TileSelection selection = name_root([&] { return select_tiles(source_, area_, options_); });
     gaps_ = selection.gaps;
     read_contents(selection, progress);
@@ -78,7 +78,7 @@ class TilesReader {
 
  private:
   /// Sets the frame in which tiles are read, and the area.
-  void place(const TilesetRoot& root) {
+  void set_origin(const TilesetRoot& root) {
     std::optional<geodesy::Geodetic> middle = origin_;
     if (options_.bbox_deg) {
       const auto& [west, south, east, north] = *options_.bbox_deg;
@@ -128,8 +128,8 @@ class TilesReader {
         return source_.read(source_.resolve(tile.address, uri));
       });
       for (const std::string& kind : content.left_out) ++left_out_[kind];
-      for (const PlacedModel& placed : content.models)
-        if (!placed.model.copyright.empty()) copyrights_.insert(placed.model.copyright);
+      for (const PosedModel& posed : content.models)
+        if (!posed.model.copyright.empty()) copyrights_.insert(posed.model.copyright);
       mesh_.add(content, enu_from_root_ * tile.transform, file_stem(tile.address));
       ++out_.tiles;
     } catch (const OutputError&) {

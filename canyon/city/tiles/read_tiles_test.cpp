@@ -29,7 +29,7 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::SizeIs;
 
-const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(48.2, 11.5, 560);
+const geodesy::Geodetic kPosition = geodesy::Geodetic::from_degrees(48.2, 11.5, 560);
 
 /// A folder with a tileset and its files.
 class TilesTest : public ::testing::Test {
@@ -43,10 +43,10 @@ class TilesTest : public ::testing::Test {
     out.file = folder_ / name;
     return out;
   }
-  [[nodiscard]] TilesCity read(const TileOptions& options) const { return read_tiles(options, kPlace); }
+  [[nodiscard]] TilesCity read(const TileOptions& options) const { return read_tiles(options, kPosition); }
   [[nodiscard]] TilesCity read() const { return read(options()); }
   [[nodiscard]] std::string refusal(const TileOptions& options) const {
-    return test::refusal([&] { (void)read_tiles(options, kPlace); });
+    return test::refusal([&] { (void)read_tiles(options, kPosition); });
   }
 
   test::TemporaryFolder folder_;
@@ -331,7 +331,7 @@ TEST_F(TilesTest, ALocalTilesetNeedsAnOrigin) {
 }
 
 TEST_F(TilesTest, OnlyTilesOfTheAreaAreRead) {
-  const geodesy::LocalFrame frame(kPlace);
+  const geodesy::LocalFrame frame(kPosition);
   const Eigen::Matrix3d& axes = frame.ecef_from_local_rotation();
   const Eigen::Vector3d zero = frame.ecef_from_local({0, 0, 0});
   const std::string matrix = fmt::format(
@@ -356,7 +356,7 @@ TEST_F(TilesTest, OnlyTilesOfTheAreaAreRead) {
   EXPECT_NEAR(city.city.frame.origin().height_m, 560, 0.06);
   EXPECT_NEAR(city.city.frame.origin().latitude_rad, geodesy::radians(48.2), 1e-6);
   EXPECT_NEAR(city.city.bounds().max.z(), 12, 0.06);
-  const TilesCity about = read_tiles(boxed, kPlace);
+  const TilesCity about = read_tiles(boxed, kPosition);
   EXPECT_TRUE(about.city.bounds().min.isApprox(Eigen::Vector3d::Zero(), 1e-6) ||
               about.city.bounds().min.norm() < 1e-6);
   EXPECT_TRUE(about.city.bounds().max.isApprox(Eigen::Vector3d(10, 10, 12), 1e-8));
@@ -423,9 +423,9 @@ TEST(RealTiles, FourTilesOfBuildings) {
   EXPECT_THAT(city.city.mesh.objects, SizeIs(40));
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e9), high = -low;
   for (const Eigen::Vector3d& v : city.city.mesh.vertices) {
-    const geodesy::Geodetic place = city.city.frame.geodetic_from_local(v);
-    const Eigen::Vector3d at(geodesy::degrees(place.latitude_rad), geodesy::degrees(place.longitude_rad),
-                             place.height_m);
+    const geodesy::Geodetic position = city.city.frame.geodetic_from_local(v);
+    const Eigen::Vector3d at(geodesy::degrees(position.latitude_rad),
+                             geodesy::degrees(position.longitude_rad), position.height_m);
     low = low.cwiseMin(at);
     high = high.cwiseMax(at);
   }
@@ -453,13 +453,13 @@ TEST(RealTiles, SparseImplicitOctree) {
   options.file = path;
   // By the same reading: 31 contents of 12 triangles that fill the corners of the unit cube; of level 1 one,
   // [0, 0.5]^3. Errors are 32 m / 2^level.
-  const TilesCity whole = read_tiles(options, kPlace);
+  const TilesCity whole = read_tiles(options, kPosition);
   EXPECT_EQ(whole.tiles, 31U);
   EXPECT_THAT(whole.city.mesh.triangles, SizeIs(372));
   EXPECT_EQ(whole.city.bounds().min, Eigen::Vector3d(0, 0, 0));
   EXPECT_EQ(whole.city.bounds().max, Eigen::Vector3d(1, 1, 1));
   options.error_m = 16;
-  const TilesCity coarse = read_tiles(options, kPlace);
+  const TilesCity coarse = read_tiles(options, kPosition);
   EXPECT_EQ(coarse.city.bounds().min, Eigen::Vector3d(0, 0, 0));
   EXPECT_EQ(coarse.gaps, 0U);
 }

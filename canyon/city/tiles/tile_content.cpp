@@ -176,7 +176,7 @@ class Instances {
   explicit Instances(const TileTables& tables)
       : tables_(tables), count_(meshes::count_member(tables.feature, "INSTANCES_LENGTH")) {
     if (count_ > kMostInstances) throw InputError(fmt::format("has {} instances", count_));
-    read_places();
+    read_translations();
     read_turns();
     scale_ = feature_values<float>(tables, "SCALE", count_);
     scales_ = feature_values<float>(tables, "SCALE_NON_UNIFORM", 3 * count_);
@@ -184,22 +184,22 @@ class Instances {
     east_north_up_ = local != nullptr && local->is_boolean() && local->get<bool>();
   }
 
-  [[nodiscard]] std::vector<Eigen::Matrix4d> placements() const {
+  [[nodiscard]] std::vector<Eigen::Matrix4d> containments() const {
     const Eigen::Vector3d centre = rtc_centre(tables_);
     std::vector<Eigen::Matrix4d> out;
     for (std::size_t i = 0; i < count_; ++i) {
-      const Eigen::Vector3d place = Eigen::Vector3d(&places_[3 * i]) + centre;
+      const Eigen::Vector3d point = Eigen::Vector3d(&positions_[3 * i]) + centre;
       Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
       if (!up_.empty()) {
         const Eigen::Vector3d right = right_[i], up = up_[i];
         turn << right, up, right.cross(up);
       } else if (east_north_up_) {
         // Rows of the rotation to ENU are east, north and up.
-        turn = geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(place)).transpose();
+        turn = geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(point)).transpose();
       }
       if (!scale_.empty()) turn *= scale_[i];
       if (!scales_.empty()) turn *= Eigen::Vector3d(&scales_[3 * i]).asDiagonal();
-      Eigen::Matrix4d matrix = translation(place);
+      Eigen::Matrix4d matrix = translation(point);
       matrix.topLeftCorner<3, 3>() = turn;
       out.push_back(matrix);
     }
@@ -207,15 +207,15 @@ class Instances {
   }
 
  private:
-  void read_places() {
-    places_ = feature_values<float>(tables_, "POSITION", 3 * count_);
-    if (!places_.empty() || count_ == 0) return;
-    places_ = feature_values<std::uint16_t>(tables_, "POSITION_QUANTIZED", 3 * count_);
+  void read_translations() {
+    positions_ = feature_values<float>(tables_, "POSITION", 3 * count_);
+    if (!positions_.empty() || count_ == 0) return;
+    positions_ = feature_values<std::uint16_t>(tables_, "POSITION_QUANTIZED", 3 * count_);
     const std::vector<double> low = feature_values<float>(tables_, "QUANTIZED_VOLUME_OFFSET", 3);
     const std::vector<double> size = feature_values<float>(tables_, "QUANTIZED_VOLUME_SCALE", 3);
-    if (places_.empty() || low.empty() || size.empty()) throw InputError("the instances have no POSITION");
-    for (std::size_t i = 0; i < places_.size(); ++i)
-      places_[i] = places_[i] / 65535 * size[i % 3] + low[i % 3];
+    if (positions_.empty() || low.empty() || size.empty()) throw InputError("the instances have no POSITION");
+    for (std::size_t i = 0; i < positions_.size(); ++i)
+      positions_[i] = positions_[i] / 65535 * size[i % 3] + low[i % 3];
   }
 
   void read_turns() {
@@ -240,7 +240,7 @@ class Instances {
 
   const TileTables& tables_;
   std::uint64_t count_;
-  std::vector<double> places_, scale_, scales_;
+  std::vector<double> positions_, scale_, scales_;
   std::vector<Eigen::Vector3d> up_, right_;
   bool east_north_up_ = false;
 };
@@ -290,15 +290,15 @@ class ContentReader {
 
   void read_instanced(std::string_view tile) {
     const TileTables tables = read_tables(tile, 32);
-    const std::vector<Eigen::Matrix4d> placements = Instances(tables).placements();
-    if (placements.empty()) return;
+    const std::vector<Eigen::Matrix4d> containments = Instances(tables).containments();
+    if (containments.empty()) return;
     if (meshes::little<std::uint32_t>(tile, 28) == 1) {
-      add_model(tables.rest, {}, Eigen::Vector3d::Zero(), placements);
+      add_model(tables.rest, {}, Eigen::Vector3d::Zero(), containments);
       return;
     }
     const std::string uri(trim(tables.rest.substr(0, std::min(tables.rest.size(), tables.rest.find('\0')))));
     if (uri.empty()) throw InputError("the instances have no model");
-    add_model(fetch_(uri), {}, Eigen::Vector3d::Zero(), placements);
+    add_model(fetch_(uri), {}, Eigen::Vector3d::Zero(), containments);
   }
 
   void read_composite(std::string_view tile, int levels_left) {
@@ -314,17 +314,18 @@ class ContentReader {
   }
 
   void add_model(std::string_view gltf, FeatureNames batch, const Eigen::Vector3d& centre,
-                 const std::vector<Eigen::Matrix4d>& placements) {
-    PlacedModel placed;
-    placed.model = meshes::read_gltf(gltf, fetch_);
-    for (const auto& [number, columns] : placed.model.tables) placed.tables[number] = feature_names(columns);
-    placed.batch = std::move(batch);
-    const Eigen::Vector3d move = centre + placed.model.centre.value_or(Eigen::Vector3d::Zero());
+                 const std::vector<Eigen::Matrix4d>& containments) {
+    PosedModel posed;
+    posed.model = meshes::read_gltf(gltf, fetch_);
+    for (const auto& [number, columns] : posed.model.tables) posed.tables[number] = feature_names(columns);
+    posed.batch = std::move(batch);
+    const Eigen::Vector3d move = centre + posed.model.centre.value_or(Eigen::Vector3d::Zero());
     const Eigen::Matrix4d base = translation(move) * axis_;
-    placed.placements.reserve(placements.size());
-    for (const Eigen::Matrix4d& placement : placements) placed.placements.emplace_back(placement * base);
-    if (placed.model.lines_and_points > 0) out_.left_out.emplace_back("lines or points of glTF");
-    out_.models.push_back(std::move(placed));
+    posed.containments.reserve(containments.size());
+    for (const Eigen::Matrix4d& containment : containments)
+      posed.containments.emplace_back(containment * base);
+    if (posed.model.lines_and_points > 0) out_.left_out.emplace_back("lines or points of glTF");
+    out_.models.push_back(std::move(posed));
   }
 
   Eigen::Matrix4d axis_;

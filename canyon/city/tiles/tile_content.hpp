@@ -24,15 +24,15 @@ struct FeatureNames {
 [[nodiscard]] std::optional<city::Surface> surface_by_word(std::string_view text);
 
 /// A model of a tile's content, and its positions in the tile's own frame.
-struct PlacedModel {
+struct PosedModel {
   meshes::GltfModel model;
   std::map<std::uint32_t, FeatureNames> tables;  ///< of the model's property tables
   FeatureNames batch;                            ///< of primitives whose features are not in a property table
-  std::vector<Eigen::Matrix4d> placements;       ///< from the glTF's frame; at least one
+  std::vector<Eigen::Matrix4d> containments;     ///< from the glTF's frame; at least one
 };
 
 struct TileContent {
-  std::vector<PlacedModel> models;
+  std::vector<PosedModel> models;
   std::vector<std::string> left_out;  ///< kinds of content that are not supported: "points (pnts)"
 };
 

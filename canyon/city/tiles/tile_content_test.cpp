@@ -28,17 +28,17 @@ TEST(TileContent, BatchedTilesHaveACentreAndNames) {
                  R"({"name":["a","b","c","d","Town hall"],"class":["x","x","x","x","Building"]})"),
       'Y', nothing);
   ASSERT_THAT(content.models, SizeIs(1));
-  const PlacedModel& placed = content.models[0];
-  ASSERT_THAT(placed.placements, SizeIs(1));
+  const PosedModel& posed = content.models[0];
+  ASSERT_THAT(posed.containments, SizeIs(1));
   // y up becomes z up, then the centre is added.
-  const Eigen::Vector4d top = placed.placements[0] * placed.model.primitives[0].positions[2].homogeneous();
+  const Eigen::Vector4d top = posed.containments[0] * posed.model.primitives[0].positions[2].homogeneous();
   EXPECT_TRUE(top.head<3>().isApprox(Eigen::Vector3d(100, 200, 303)));
-  EXPECT_EQ(placed.batch.name.at(4), "Town hall");
-  EXPECT_EQ(placed.batch.kind.at(4), "Building");
-  EXPECT_THAT(placed.model.primitives[0].features, ElementsAre(4, 4, 4));
+  EXPECT_EQ(posed.batch.name.at(4), "Town hall");
+  EXPECT_EQ(posed.batch.kind.at(4), "Building");
+  EXPECT_THAT(posed.model.primitives[0].features, ElementsAre(4, 4, 4));
   // Tilesets from before 2018 may have z.
   const TileContent upright = read_content(test::b3dm(gltf), 'Z', nothing);
-  EXPECT_EQ(upright.models.at(0).placements.at(0), Eigen::Matrix4d(Eigen::Matrix4d::Identity()));
+  EXPECT_EQ(upright.models.at(0).containments.at(0), Eigen::Matrix4d(Eigen::Matrix4d::Identity()));
 }
 
 std::string i3dm(const std::string& features, const std::string& binary, const std::string& gltf) {
@@ -55,8 +55,8 @@ TEST(TileContent, InstancesStandWhereTheyAreTold) {
   const TileContent content = read_content(
       i3dm(R"({"INSTANCES_LENGTH":2,"POSITION":{"byteOffset":0},"SCALE":{"byteOffset":24}})", binary, gltf),
       'Y', nothing);
-  ASSERT_THAT(content.models.at(0).placements, SizeIs(2));
-  const Eigen::Vector4d corner = content.models[0].placements[1] * Eigen::Vector4d(2, 0, 0, 1);
+  ASSERT_THAT(content.models.at(0).containments, SizeIs(2));
+  const Eigen::Vector4d corner = content.models[0].containments[1] * Eigen::Vector4d(2, 0, 0, 1);
   EXPECT_TRUE(corner.head<3>().isApprox(Eigen::Vector3d(24, 5, 6)));
   EXPECT_THAT(test::refusal([&] {
                 (void)read_content(

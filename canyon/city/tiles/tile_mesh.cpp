@@ -28,7 +28,7 @@ class GroundModel {
   GroundModel(const std::vector<Eigen::Vector3d>& vertices, const city::TriangleIndices& triangles);
 
   /// Height of the ground [m]; of the nearest cell with a height.
-  [[nodiscard]] double height_m(const Eigen::Vector2d& place) const;
+  [[nodiscard]] double height_m(const Eigen::Vector2d& point) const;
 
  private:
   void rasterize(const std::vector<Eigen::Vector3d>& vertices, const city::TriangleIndices& triangles);
@@ -161,8 +161,8 @@ void GroundModel::fill() {
   }
 }
 
-double GroundModel::height_m(const Eigen::Vector2d& place) const {
-  const Eigen::Vector2d at = (place - min_) / cell_m_;
+double GroundModel::height_m(const Eigen::Vector2d& point) const {
+  const Eigen::Vector2d at = (point - min_) / cell_m_;
   const auto clamp = [](double value, std::size_t size) {
     return static_cast<std::size_t>(std::clamp(value, 0.0, static_cast<double>(size - 1)));
   };
@@ -407,10 +407,10 @@ std::vector<Eigen::Vector3d> used_vertices(const std::vector<Eigen::Vector3d>& v
 
 void TileMesh::add(const TileContent& content, const Eigen::Matrix4d& to_enu, const std::string& name) {
   std::size_t total = read_, vertices = skin_.vertices.size() + mesh_.vertices.size();
-  for (const PlacedModel& placed : content.models) {
-    for (const meshes::GltfPrimitive& primitive : placed.model.primitives) {
-      total += primitive.triangles.size() * placed.placements.size();
-      vertices += primitive.positions.size() * placed.placements.size();
+  for (const PosedModel& posed : content.models) {
+    for (const meshes::GltfPrimitive& primitive : posed.model.primitives) {
+      total += primitive.triangles.size() * posed.containments.size();
+      vertices += primitive.positions.size() * posed.containments.size();
     }
   }
   if (total > meshes::kMostTriangles || vertices > 3 * meshes::kMostTriangles) {
@@ -418,33 +418,33 @@ void TileMesh::add(const TileContent& content, const Eigen::Matrix4d& to_enu, co
                      "give a smaller bbox or a larger error_m");
   }
   std::vector<Part> parts;
-  std::map<std::pair<const PlacedModel*, std::uint32_t>, std::size_t> of_feature;
+  std::map<std::pair<const PosedModel*, std::uint32_t>, std::size_t> of_feature;
   city::Box box;
-  for (const PlacedModel& placed : content.models) {
-    const bool one = placed.placements.size() == 1;
+  for (const PosedModel& posed : content.models) {
+    const bool one = posed.containments.size() == 1;
     std::size_t instance = 0;
-    for (const Eigen::Matrix4d& placement : placed.placements) {
+    for (const Eigen::Matrix4d& containment : posed.containments) {
       ++instance;
-      const Eigen::Matrix4d matrix = to_enu * placement;
+      const Eigen::Matrix4d matrix = to_enu * containment;
       const bool mirrored = matrix.topLeftCorner<3, 3>().determinant() < 0;
-      for (const meshes::GltfPrimitive& primitive : placed.model.primitives) {
-        std::vector<Eigen::Vector3d> places;
-        places.reserve(primitive.positions.size());
+      for (const meshes::GltfPrimitive& primitive : posed.model.primitives) {
+        std::vector<Eigen::Vector3d> points;
+        points.reserve(primitive.positions.size());
         for (const Eigen::Vector3d& v : primitive.positions) {
-          places.emplace_back(matrix.topLeftCorner<3, 3>() * v + matrix.topRightCorner<3, 1>());
-          if (!places.back().allFinite() || places.back().norm() > kFarthest_m) {
-            throw InputError(places.back().allFinite()
+          points.emplace_back(matrix.topLeftCorner<3, 3>() * v + matrix.topRightCorner<3, 1>());
+          if (!points.back().allFinite() || points.back().norm() > kFarthest_m) {
+            throw InputError(points.back().allFinite()
                                  ? fmt::format("has vertices {:.0f} km from the middle of the area",
-                                               places.back().norm() / 1000)
+                                               points.back().norm() / 1000)
                                  : std::string("has coordinates that are not finite"));
           }
-          extend(box, places.back());
+          extend(box, points.back());
         }
         for (auto& [id, triangles] : by_feature(primitive)) {
           Part part;
           part.feature = id.has_value();
-          const auto table = primitive.table ? placed.tables.find(*primitive.table) : placed.tables.end();
-          const FeatureNames& names = table != placed.tables.end() ? table->second : placed.batch;
+          const auto table = primitive.table ? posed.tables.find(*primitive.table) : posed.tables.end();
+          const FeatureNames& names = table != posed.tables.end() ? table->second : posed.batch;
           const std::string own = id ? text_at(names.name, *id) : std::string();
           const std::string kind = id ? text_at(names.kind, *id) : std::string();
           part.surface = surface_of_words({kind, own, primitive.node, primitive.material, name});
@@ -458,10 +458,10 @@ void TileMesh::add(const TileContent& content, const Eigen::Matrix4d& to_enu, co
           if (mirrored)
             for (auto& triangle : triangles) std::swap(triangle[1], triangle[2]);
           part.triangles = std::move(triangles);
-          part.vertices = id ? used_vertices(places, part.triangles) : places;
+          part.vertices = id ? used_vertices(points, part.triangles) : points;
           // A feature shown by several primitives, one for each of its materials, is one object.
           if (id && one) {
-            const auto [found, fresh] = of_feature.try_emplace({&placed, *id}, parts.size());
+            const auto [found, fresh] = of_feature.try_emplace({&posed, *id}, parts.size());
             if (!fresh && parts[found->second].material == part.material) {
               Part& whole = parts[found->second];
               const auto shift = static_cast<std::uint32_t>(whole.vertices.size());

@@ -58,7 +58,7 @@ struct ImplicitRoot {
 
 struct Node {
   int level = 0;
-  std::array<std::uint32_t, 3> place{};
+  std::array<std::uint32_t, 3> tile_coordinates{};
 };
 
 /// A file that must be read before the selection continues.
@@ -119,13 +119,13 @@ bool names_tileset(const std::string& uri) {
   return bare.size() > 5 && bare.substr(bare.size() - 5) == ".json";
 }
 
-std::string with_place(std::string uri, const Node& node) {
+std::string expand_uri_template(std::string uri, const Node& node) {
   if (uri.size() > kLongestTemplate)
     throw InputError(fmt::format("an address of implicit tiling has {} characters", uri.size()));
   const std::pair<const char*, std::uint32_t> kWords[]{{"{level}", static_cast<std::uint32_t>(node.level)},
-                                                       {"{x}", node.place[0]},
-                                                       {"{y}", node.place[1]},
-                                                       {"{z}", node.place[2]}};
+                                                       {"{x}", node.tile_coordinates[0]},
+                                                       {"{y}", node.tile_coordinates[1]},
+                                                       {"{z}", node.tile_coordinates[2]}};
   for (const auto& [word, value] : kWords) {
     const std::string number = std::to_string(value);
     for (std::size_t at = uri.find(word); at != std::string::npos; at = uri.find(word, at + number.size()))
@@ -140,7 +140,7 @@ std::uint64_t morton(const Node& node, int bits, bool octree) {
   const unsigned axes = octree ? 3 : 2;
   for (int bit = 0; bit < bits; ++bit) {
     for (unsigned axis = 0; axis < axes; ++axis)
-      out |= static_cast<std::uint64_t>(node.place[axis] >> bit & 1U)
+      out |= static_cast<std::uint64_t>(node.tile_coordinates[axis] >> bit & 1U)
              << (static_cast<unsigned>(bit) * axes + axis);
   }
   return out;
@@ -315,7 +315,8 @@ class Selector {
   void push_subtree(const std::shared_ptr<const ImplicitRoot>& root, const Node& node) {
     attempt(root->document->address, [&] {
       const std::string& base = root->document->address;
-      read_later({source_.resolve(base, with_place(root->subtree_uri, node)), nullptr, {}, root, node});
+      read_later(
+          {source_.resolve(base, expand_uri_template(root->subtree_uri, node)), nullptr, {}, root, node});
     });
   }
 
@@ -336,7 +337,7 @@ class Selector {
     const int depth = node.level - top.level;
     const std::uint64_t index = nodes_above(depth, root.octree) + morton(node, depth, root.octree);
     if (!subtree.tiles.at(index)) return;
-    if (!area_.touches(root.volume.part(node.level, node.place, root.octree), root.transform)) {
+    if (!area_.touches(root.volume.part(node.level, node.tile_coordinates, root.octree), root.transform)) {
       ++out_.beyond;
       return;
     }
@@ -353,7 +354,8 @@ class Selector {
     for (const Node& child : children)
       if (depth + 1 < root.subtree_levels)
         visit_implicit(shared, subtree, top, child);
-      else if (area_.touches(root.volume.part(child.level, child.place, root.octree), root.transform))
+      else if (area_.touches(root.volume.part(child.level, child.tile_coordinates, root.octree),
+                             root.transform))
         push_subtree(shared, child);
       else
         ++out_.beyond;
@@ -361,7 +363,7 @@ class Selector {
 
   void take_implicit(const std::shared_ptr<const ImplicitRoot>& root, const std::string& uri,
                      const Node& node, double error) {
-    const std::string address = source_.resolve(root->document->address, with_place(uri, node));
+    const std::string address = source_.resolve(root->document->address, expand_uri_template(uri, node));
     if (!names_tileset(uri)) {
       take({address, root->transform, root->document->up, error});
       return;
@@ -380,8 +382,9 @@ class Selector {
     for (std::uint32_t i = 0; i < (root.octree ? 8U : 4U); ++i) {
       Node child;
       child.level = node.level + 1;
-      for (unsigned axis = 0; axis < 3; ++axis) child.place[axis] = node.place[axis] * 2 + (i >> axis & 1U);
-      if (!root.octree) child.place[2] = 0;
+      for (unsigned axis = 0; axis < 3; ++axis)
+        child.tile_coordinates[axis] = node.tile_coordinates[axis] * 2 + (i >> axis & 1U);
+      if (!root.octree) child.tile_coordinates[2] = 0;
       const std::uint64_t order = morton(child, depth, root.octree);
       const bool there = depth < root.subtree_levels
                              ? subtree.tiles.at(nodes_above(depth, root.octree) + order)

@@ -113,18 +113,18 @@ TileVolume read_volume(const Json& volume) {
   return out;
 }
 
-TileVolume TileVolume::part(int levels, const std::array<std::uint32_t, 3>& place, bool octree) const {
+TileVolume TileVolume::part(int levels, const std::array<std::uint32_t, 3>& index, bool octree) const {
   TileVolume out = *this;
   const double parts = std::ldexp(1.0, levels);
   if (kind == Kind::Region) {
     const double width = region_width(values) / parts, depth = (values[3] - values[1]) / parts;
-    out.values[0] = values[0] + place[0] * width;
+    out.values[0] = values[0] + index[0] * width;
     out.values[2] = out.values[0] + width;
-    out.values[1] = values[1] + place[1] * depth;
+    out.values[1] = values[1] + index[1] * depth;
     out.values[3] = out.values[1] + depth;
     if (octree) {
       const double height = (values[5] - values[4]) / parts;
-      out.values[4] = values[4] + place[2] * height;
+      out.values[4] = values[4] + index[2] * height;
       out.values[5] = out.values[4] + height;
     }
   } else if (kind == Kind::Box) {
@@ -132,7 +132,7 @@ TileVolume TileVolume::part(int levels, const std::array<std::uint32_t, 3>& plac
       for (std::size_t i = 0; i < 3; ++i) {
         const double half = values[3 + 3 * axis + i];
         out.values[3 + 3 * axis + i] = half / parts;
-        out.values[i] += half * ((2.0 * place[axis] + 1) / parts - 1);
+        out.values[i] += half * ((2.0 * index[axis] + 1) / parts - 1);
       }
     }
   }

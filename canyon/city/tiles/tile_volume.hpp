@@ -28,7 +28,7 @@ struct TileVolume {
 
   /// One of the 4 (quadtree) or 8 (octree) equal parts `levels` below this volume: at index (x, y, z) of
   /// 2^levels in each direction (3D Tiles 1.1, "Implicit tiling").
-  [[nodiscard]] TileVolume part(int levels, const std::array<std::uint32_t, 3>& place, bool octree) const;
+  [[nodiscard]] TileVolume part(int levels, const std::array<std::uint32_t, 3>& index, bool octree) const;
   /// The middle, in the frame of the tileset's root; empty for Unknown.
   [[nodiscard]] std::optional<Eigen::Vector3d> centre(const Eigen::Matrix4d& transform) const;
   /// The radius of a sphere about the centre that contains it [m], in the same frame; 0 for Unknown.

@@ -283,7 +283,7 @@ void HostedReceiver::compute(const Motion& motion) {
     if (sensors_) due.back().inputs.sensors = &sensors_->until(now);
   }
   steps_ = run_->make(due, false);
-  if (rtcm_) rtcm_->set_place(steps_.back().epoch.truth_ecef);
+  if (rtcm_) rtcm_->set_position(steps_.back().epoch.truth_ecef);
   if (!scans_) return;
   report_.scan_max_range_m = ranges_ ? reach_m_ : std::numeric_limits<double>::infinity();
   report_.scan_ranges_m = ranges_ ? ranges_() : scan(steps_.back().arrival);
@@ -349,10 +349,10 @@ void visit_host(options::Visitor& v, HostOptions& o, std::string& frame_id,
 }
 
 void HostBases::add(HostedReceiver& receiver, std::uint64_t vehicle) {
-  auto place = std::find_if(members_.begin(), members_.end(),
-                            [](const Member& member) { return member.receiver == nullptr; });
-  if (place == members_.end()) place = members_.emplace(place);
-  *place = {&receiver, vehicle};
+  auto position = std::find_if(members_.begin(), members_.end(),
+                               [](const Member& member) { return member.receiver == nullptr; });
+  if (position == members_.end()) position = members_.emplace(position);
+  *position = {&receiver, vehicle};
 }
 
 void HostBases::remove(const HostedReceiver& receiver) {

@@ -93,7 +93,7 @@ class MavlinkPoses final : public PoseDecoder {
       std::visit(
           [&](const auto& message) {
             const std::optional<PoseReport> report = report_of(frame.sender, message);
-            if (report && (report->position_m || report->place)) each(*report);
+            if (report && (report->position_m || report->position)) each(*report);
           },
           frame.message);
     });
@@ -125,13 +125,13 @@ class MavlinkPoses final : public PoseDecoder {
     report.stamp_s = stamp_s;
     return report;
   }
-  void place(PoseReport& report, std::string_view name, double latitude_deg, double longitude_deg,
-             double height_m) {
+  void set_position(PoseReport& report, std::string_view name, double latitude_deg, double longitude_deg,
+                    double height_m) {
     // Autopilots without a fix send 0, 0 or the maximum integers.
     if (simulation::is_nowhere(latitude_deg, longitude_deg))
       complaints_.add(fmt::format("{} at latitude 0, longitude 0, as before a fix", name));
     else if (is_on_earth(latitude_deg, longitude_deg) && std::isfinite(height_m))
-      report.place = geodesy::Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);
+      report.position = geodesy::Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);
     else
       complaints_.add(fmt::format("{} with a latitude, longitude or height out of range", name));
   }
@@ -150,7 +150,7 @@ class MavlinkPoses final : public PoseDecoder {
 
   std::optional<PoseReport> pose_of(mavlink::Sender sender, const mavlink::SimState& m) {
     PoseReport report = begin(sender, std::nullopt);
-    place(report, m.kName, m.latitude_deg(), m.longitude_deg(), m.altitude_m);
+    set_position(report, m.kName, m.latitude_deg(), m.longitude_deg(), m.altitude_m);
     report.attitude = attitude(m.ned_from_frd);
     // Simulators without a quaternion send angles.
     if (!report.attitude) report.attitude = attitude(m.roll_pitch_yaw_rad);
@@ -160,7 +160,7 @@ class MavlinkPoses final : public PoseDecoder {
   }
   std::optional<PoseReport> pose_of(mavlink::Sender sender, const mavlink::HilStateQuaternion& m) {
     PoseReport report = begin(sender, us(m.time_us));
-    place(report, m.kName, m.latitude_deg, m.longitude_deg, m.altitude_m);
+    set_position(report, m.kName, m.latitude_deg, m.longitude_deg, m.altitude_m);
     report.attitude = attitude(m.ned_from_frd);
     report.velocity_mps = enu_from_ned() * m.velocity_ned_mps;
     report.rates_body_radps = flu_from_frd() * m.rates_frd_radps;
@@ -218,7 +218,7 @@ class MavlinkPoses final : public PoseDecoder {
   }
   std::optional<PoseReport> pose_of(mavlink::Sender sender, const mavlink::GlobalPositionInt& m) {
     PoseReport report = begin(sender, m.boot_s);
-    place(report, m.kName, m.latitude_deg, m.longitude_deg, m.altitude_m);
+    set_position(report, m.kName, m.latitude_deg, m.longitude_deg, m.altitude_m);
     report.velocity_mps = enu_from_ned() * m.velocity_ned_mps;
     add_attitude(sender, report);
     if (!report.attitude && std::isfinite(m.heading_deg))

@@ -152,7 +152,7 @@ class JsonPoses final : public PoseDecoder {
                longitude = number(object, "longitude_deg", why), height = number(object, "height_m", why);
     if (latitude && longitude && height) {
       if (!is_on_earth(*latitude, *longitude)) return "latitude or longitude out of range";
-      report.place = geodesy::Geodetic::from_degrees(*latitude, *longitude, *height);
+      report.position = geodesy::Geodetic::from_degrees(*latitude, *longitude, *height);
     }
     if (const auto q = numbers<4>(object, "attitude", why)) {
       if (!(q->norm() > 1e-6)) return "'attitude' has no direction";
@@ -164,9 +164,9 @@ class JsonPoses final : public PoseDecoder {
     if (const auto w = numbers<3>(object, "rates_radps", why)) report.rates_body_radps = axes_.body(*w);
     if (!why.empty()) return why;
     for (const char* key : {"latitude_deg", "longitude_deg", "height_m"})
-      if (!report.position_m && !report.place && object.contains(key) && object[key].is_null())
+      if (!report.position_m && !report.position && object.contains(key) && object[key].is_null())
         return not_finite(key);
-    if (!report.position_m && !report.place)
+    if (!report.position_m && !report.position)
       return "neither 'position_m' nor 'latitude_deg', 'longitude_deg', 'height_m'";
     look_for_unused(object);
     each(report);
@@ -289,7 +289,7 @@ class BinaryPoses final : public PoseDecoder {
         complaints_.add("latitude or longitude out of range");
         return;
       }
-      report.place = geodesy::Geodetic::from_degrees(position.x(), position.y(), position.z());
+      report.position = geodesy::Geodetic::from_degrees(position.x(), position.y(), position.z());
     } else {
       report.position_m = axes_.local(position);
     }

@@ -20,7 +20,7 @@ struct PoseReport {
   std::string id;                                   ///< the vehicle's; empty: not given
   std::optional<double> stamp_s;                    ///< on the sender's clock
   std::optional<Eigen::Vector3d> position_m;        ///< in a local frame; or
-  std::optional<geodesy::Geodetic> place;           ///< latitude, longitude and height, as sent
+  std::optional<geodesy::Geodetic> position;        ///< latitude, longitude and height, as sent
   std::optional<Eigen::Quaterniond> attitude;       ///< local from body
   std::optional<Eigen::Vector3d> velocity_mps;      ///< local axes
   std::optional<Eigen::Vector3d> rates_body_radps;  ///< about the body's axes

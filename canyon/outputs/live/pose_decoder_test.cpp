@@ -109,8 +109,8 @@ TEST(JsonPoses, MayBeOnTheEarth) {
   const auto reports = received(*make_decoder(options(PoseFormat::Json)),
                                 "{\"latitude_deg\": 22.3, \"longitude_deg\": 114.2, \"height_m\": 12.5}");
   ASSERT_EQ(reports.size(), 1U);
-  EXPECT_NEAR(geodesy::degrees(reports[0].place->latitude_rad), 22.3, 1e-12);
-  EXPECT_EQ(reports[0].place->height_m, 12.5);
+  EXPECT_NEAR(geodesy::degrees(reports[0].position->latitude_rad), 22.3, 1e-12);
+  EXPECT_EQ(reports[0].position->height_m, 12.5);
   EXPECT_FALSE(reports[0].stamp_s);
 }
 
@@ -205,7 +205,7 @@ TEST(BinaryPoses, AreReadByTheirTable) {
   EXPECT_EQ(*reports[0].rates_body_radps, Vector3d(0.5, -1.5, -2.5));
   const Vector3d forward = skew() * Vector3d::UnitX();
   expect_near(*reports[0].attitude * Vector3d::UnitX(), {forward.y(), forward.x(), -forward.z()});
-  EXPECT_NEAR(geodesy::degrees(reports[1].place->longitude_rad), 114.2, 1e-12);
+  EXPECT_NEAR(geodesy::degrees(reports[1].position->longitude_rad), 114.2, 1e-12);
   EXPECT_FALSE(reports[1].stamp_s || reports[1].attitude || reports[1].velocity_mps);
 }
 
@@ -293,7 +293,7 @@ TEST(MavlinkPoses, ComeInTheirOwnFrames) {
     expect_near(*r.attitude * Vector3d::UnitY(), enu(skew() * -Vector3d::UnitY()));
   }
   EXPECT_EQ(reports[0].id, "3");
-  EXPECT_NEAR(geodesy::degrees(reports[0].place->latitude_rad), 22.3, 1e-6);
+  EXPECT_NEAR(geodesy::degrees(reports[0].position->latitude_rad), 22.3, 1e-6);
   EXPECT_FALSE(reports[0].stamp_s);  // SIM_STATE has none
   expect_near(*reports[0].velocity_mps, {5, 4, 6});
   expect_near(*reports[0].rates_body_radps, {0.1, -0.2, -0.3});
@@ -348,7 +348,7 @@ TEST(MavlinkPoses, PlacesBeforeAFixAreNone) {
   mavlink::HilStateQuaternion state;
   state.ned_from_frd = to_mavlink(skew());
   state.altitude_m = 37;
-  for (const PoseReport& report : received(*decoder, frame(state))) EXPECT_FALSE(report.place);
+  for (const PoseReport& report : received(*decoder, frame(state))) EXPECT_FALSE(report.position);
   EXPECT_THAT(decoder->take_complaint(), HasSubstr("was not a pose: HIL_STATE_QUATERNION at latitude 0"));
 }
 

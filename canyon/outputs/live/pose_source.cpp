@@ -27,20 +27,20 @@ std::optional<simulation::ReportedPose> PoseSource::in_city(const PoseReport& re
   sent.stamp_s = report.stamp_s.value_or(now_s);
   Eigen::Matrix3d turn;
   double scale = 1;
-  if (report.place) {
+  if (report.position) {
     // An autopilot without a fix sends latitude 0, longitude 0.
     constexpr double kFarFromZero_m = 100e3;
-    const bool zero = report.place->latitude_rad == 0 && report.place->longitude_rad == 0 &&
+    const bool zero = report.position->latitude_rad == 0 && report.position->longitude_rad == 0 &&
                       frame_.local_from_geodetic({0, 0, 0}).norm() > kFarFromZero_m;
-    if (zero || !std::isfinite(report.place->height_m)) {
+    if (zero || !std::isfinite(report.position->height_m)) {
       sent.pose.position_m.setConstant(std::nan(""));
       return sent;
     }
-    geodesy::Geodetic place = *report.place;
-    place.height_m += sent_zero_m_;
-    sent.pose.position_m = frame_.local_from_geodetic(place);
+    geodesy::Geodetic position = *report.position;
+    position.height_m += sent_zero_m_;
+    sent.pose.position_m = frame_.local_from_geodetic(position);
     turn = frame_.ecef_from_local_rotation().transpose() *
-           geodesy::enu_from_ecef_rotation(*report.place).transpose();
+           geodesy::enu_from_ecef_rotation(*report.position).transpose();
   } else {
     turn = Eigen::AngleAxisd(options_.heading_rad, Vector3d::UnitZ()).toRotationMatrix();
     scale = options_.scale;

@@ -50,17 +50,17 @@ void RtcmInput::receive(std::string_view bytes, GpsTime now) {
     look_for_other_station(*epoch);
     if (!is_of_now(*epoch, now)) continue;
     const GpsTime measured = epoch->receiver_time;
-    link_.send(measured, std::move(epoch), place_ecef_);
+    link_.send(measured, std::move(epoch), antenna_position_ecef_);
   }
   look_at(before, now);
 }
 
 void RtcmInput::look_for_other_station(const relative::Corrections& epoch) {
-  constexpr double kSamePlace_m = 1;
+  constexpr double kSamePosition_m = 1;
   const auto before = std::exchange(station_, Station{epoch.station, epoch.station_ecef});
   if (!before) return;
-  const double apart_m = (epoch.station_ecef - before->place_ecef).norm();
-  if (epoch.station == before->number && apart_m <= kSamePlace_m) return;
+  const double apart_m = (epoch.station_ecef - before->antenna_position_ecef).norm();
+  if (epoch.station == before->number && apart_m <= kSamePosition_m) return;
   warn("station", fmt::format("from {} station {} follows station {}, {:.0f} m apart: the ambiguities "
                               "restart at each change; let only one base send there",
                               source_, epoch.station, before->number, apart_m));
@@ -68,7 +68,7 @@ void RtcmInput::look_for_other_station(const relative::Corrections& epoch) {
 
 void RtcmInput::look_at(const rtcm::DecoderStatus& before, GpsTime now) {
   // The station's position is sent every 5 to 30 s.
-  constexpr double kPlaceEvery_s = 60;
+  constexpr double kPositionInterval_s = 60;
   const rtcm::DecoderStatus& status = decoder_.status();
   const std::uint64_t strange = status.bytes_passed_over - before.bytes_passed_over;
   if (strange > 0) {
@@ -79,7 +79,7 @@ void RtcmInput::look_at(const rtcm::DecoderStatus& before, GpsTime now) {
   if (status.epochs > before.epochs) held_back_since_.reset();
   if (status.epochs_held_back == before.epochs_held_back) return;
   if (!held_back_since_) held_back_since_ = now;
-  if (now - *held_back_since_ > kPlaceEvery_s) {
+  if (now - *held_back_since_ > kPositionInterval_s) {
     warn(
         "place",
         fmt::format("{} has observations without message 1005 or 1006 (station position): no corrections are "

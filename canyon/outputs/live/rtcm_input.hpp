@@ -31,7 +31,9 @@ class RtcmInput {
     return link_.take(now);
   }
   /// Sets the receiver's position, for corrections.range_m [m].
-  void set_place(const Eigen::Vector3d& place_ecef) { place_ecef_ = place_ecef; }
+  void set_position(const Eigen::Vector3d& antenna_position_ecef) {
+    antenna_position_ecef_ = antenna_position_ecef;
+  }
   /// Call it if time went back.
   void begin_anew();
   /// Errors in the messages since the last call, one line each. Each error is reported once.
@@ -40,7 +42,7 @@ class RtcmInput {
  private:
   struct Station {
     int number;
-    Eigen::Vector3d place_ecef;
+    Eigen::Vector3d antenna_position_ecef;
   };
   void look_for_other_station(const relative::Corrections& epoch);
   void look_at(const rtcm::DecoderStatus& before, geodesy::GpsTime now);
@@ -55,7 +57,7 @@ class RtcmInput {
   relative::CorrectionLink link_;
   std::optional<geodesy::GpsTime> held_back_since_;
   std::optional<Station> station_;
-  std::optional<Eigen::Vector3d> place_ecef_;
+  std::optional<Eigen::Vector3d> antenna_position_ecef_;
   std::set<std::string> said_;
   std::vector<std::string> warnings_;
 };

@@ -639,13 +639,13 @@ struct Session::Impl {
       if (out.observed.fix.solved()) ++figures.fixes;
       if (!out.observed.fix.solved()) {
         figures.no_fix = fmt::format("{}: {}", names[out.receiver],
-                                     output::no_fix_reason(out.observed.fix, out.placement));
+                                     output::no_fix_reason(out.observed.fix, out.containment));
       } else if (figures.no_fix.starts_with(names[out.receiver] + ": ")) {
         figures.no_fix.clear();
       }
       if (!epochs[i].antenna) ++figures.no_truth;
       for (const auto& stream : streams) stream->write(out);
-      report_place(out);
+      report_position(out);
       for (simulation::EpochSink* sink : *sinks) sink->write(out);
       if (commands) commands->keep(out);
       if (const auto& came = block[i].pose_came)
@@ -655,11 +655,11 @@ struct Session::Impl {
   }
 
   /// Sends a GGA sentence to the NTRIP caster whose corrections the receiver uses.
-  void report_place(const simulation::Epoch& epoch) {
+  void report_position(const simulation::Epoch& epoch) {
     constexpr double kReportEvery_s = 10;
     const auto& input = inputs[epoch.receiver];
     if (!input) return;
-    input->input.set_place(epoch.truth_ecef);
+    input->input.set_position(epoch.truth_ecef);
     if (!input->caster || !epoch.observed.fix.solved()) return;
     if (input->reported && epoch.observed.time - *input->reported < kReportEvery_s) return;
     input->reported = epoch.observed.time;

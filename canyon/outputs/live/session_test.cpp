@@ -320,7 +320,7 @@ TEST(Session, StandardFormsOfPosesByUdpMoveTheReceiver) {
   const Epoch& last = kept.epochs.back();
   EXPECT_FALSE(last.observed.fix.solved());
   EXPECT_TRUE(std::isnan(last.truth.position.latitude_rad));
-  EXPECT_EQ(last.placement, raytrace::Placement::Unknown);
+  EXPECT_EQ(last.containment, raytrace::Containment::Unknown);
 }
 
 TEST(Session, SendsStreamsAndTakesCommands) {

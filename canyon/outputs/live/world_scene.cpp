@@ -34,7 +34,7 @@ bool is_finite(const RigidPose& pose) {
 
 /// Compares to 10 micrometres and 2e-7 rad, above the rounding by a reset of the world. A quaternion and its
 /// negative are the same rotation.
-bool is_same_place(const RigidPose& a, const RigidPose& b) {
+bool is_same_pose(const RigidPose& a, const RigidPose& b) {
   const double sign = a.attitude.dot(b.attitude) < 0 ? -1 : 1;
   return ((a.position_m - b.position_m).array().abs() < 1e-5).all() &&
          ((a.attitude.coeffs() - sign * b.attitude.coeffs()).array().abs() < 1e-7).all();
@@ -269,14 +269,14 @@ struct WorldScene::Impl {
       if (!pose) continue;  // removed with its model, or when the model's shapes are read next
       const bool stays = tracked.movable ? pose->position_m == part.pose.position_m &&
                                                pose->attitude.coeffs() == part.pose.attitude.coeffs()
-                                         : is_same_place(*pose, part.pose);
+                                         : is_same_pose(*pose, part.pose);
       if (stays) continue;
       part.pose = *pose;
       if (!tracked.movable) {
         tracked.movable = true;
         stale = true;
       }
-      if (part.instance != 0) place(tracked, part);
+      if (part.instance != 0) set_pose(tracked, part);
     }
   }
 
@@ -285,10 +285,10 @@ struct WorldScene::Impl {
   void add(const TrackedModel& model, TrackedLink& part) {
     part.instance = scene->scene.add_instance(part.mesh);
     part.in_reach = false;
-    place(model, part);
+    set_pose(model, part);
   }
 
-  void place(const TrackedModel& model, TrackedLink& part) {
+  void set_pose(const TrackedModel& model, TrackedLink& part) {
     part.in_reach = is_finite(part.pose);
     if (part.in_reach) {
       const Eigen::Isometry3d pose = enu_from_world * isometry(part.pose);

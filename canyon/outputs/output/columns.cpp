@@ -58,8 +58,8 @@ constexpr Column text(const char* name, const char* help, const char* empty, Tex
   column.text = value;
   return column;
 }
-std::string_view name(raytrace::Placement placement) {
-  return placement_word(placement);
+std::string_view name(raytrace::Containment containment) {
+  return containment_word(containment);
 }
 /// @param last of the words @param value a function without captures: a row's word; empty: none
 template <typename Enum, typename Value>
@@ -152,8 +152,8 @@ double far_point(const Row& row) {
   return row.path->order < 2 ? kNone : row.path->far_point[axis];
 }
 /// @param place 0: next to the satellite
-std::string material(const Row& row, int place) {
-  return std::string(city::material_name(row.path->incidences[static_cast<std::size_t>(place)].material));
+std::string material(const Row& row, int index) {
+  return std::string(city::material_name(row.path->incidences[static_cast<std::size_t>(index)].material));
 }
 
 // --- columns of several tables
@@ -276,10 +276,10 @@ constexpr std::array kEpochColumns{
     text("reason", "reason why there is no fix, such as `too few satellites`", "fix",
          [](const Row& r) {
            return fix_of(r).solved() ? std::string()
-                                     : std::string(no_fix_reason(fix_of(r), r.epoch.placement));
+                                     : std::string(no_fix_reason(fix_of(r), r.epoch.containment));
          }),
     word("placement", "`free`, `inside building` or `under terrain`; `unknown` if a live run has no truth",
-         "never", raytrace::Placement::Unknown, [](const Row& r) { return r.epoch.placement; })
+         "never", raytrace::Containment::Unknown, [](const Row& r) { return r.epoch.containment; })
         .in_view(U8),
     number("true_velocity_east_mps", "m/s", 4, "velocity of the antenna, east", "never", &true_velocity<0>)
         .in_view(F64, "velocity_east_mps"),

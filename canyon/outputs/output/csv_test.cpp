@@ -61,7 +61,7 @@ TEST(EpochsCsv, KeepsEveryNumberOfAFix) {
   const test::TemporaryFolder folder;
   const auto sink = open_file("epochs_csv", folder / "epochs.csv", 0);
   const simulation::Epoch epoch =
-      test::sample_epoch(test::sample_time() + 0.05, test::sample_place(), {1.23456, -2.34567, 3.45678});
+      test::sample_epoch(test::sample_time() + 0.05, test::sample_point(), {1.23456, -2.34567, 3.45678});
   simulation::Epoch other = epoch;
   other.receiver = 1;
   sink->write(other);  // of another receiver: not in this file
@@ -107,8 +107,8 @@ TEST(EpochsCsv, KeepsEveryNumberOfAFix) {
 TEST(EpochsCsv, NoFixLeavesEmptyCells) {
   const test::TemporaryFolder folder;
   const auto sink = open_file("epochs_csv", folder / "epochs.csv", 0);
-  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0}, false);
-  epoch.placement = raytrace::Placement::InsideBuilding;
+  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_point(), {0, 0, 0}, false);
+  epoch.containment = raytrace::Containment::InsideBuilding;
   // Remaining values of an unsolved fix must not look like a solution.
   epoch.observed.fix.dop = positioning::Dop{1, 1, 1, 1, 1};
   epoch.observed.fix.position = {};
@@ -133,7 +133,7 @@ TEST(EpochsCsv, NoFixLeavesEmptyCells) {
 TEST(SatellitesCsv, OneLineForEachSatelliteAboveTheHorizon) {
   const test::TemporaryFolder folder;
   const auto sink = open_file("satellites_csv", folder / "satellites.csv", 0);
-  sink->write(test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3}));
+  sink->write(test::sample_epoch(test::sample_time(), test::sample_point(), {1, 2, 3}));
   sink->finish();
   const auto records = read_csv(folder / "satellites.csv", csv_columns(TableKind::Satellites));
   ASSERT_EQ(records.size(), 12U);
@@ -332,7 +332,7 @@ TEST(PathsCsv, WithoutStrengthOrPathsCellsAndLinesAreMissing) {
 TEST(EpochsCsv, NamesFaultsAndQuotesThem) {
   const test::TemporaryFolder folder;
   const auto sink = open_file("epochs_csv", folder / "epochs.csv", 0);
-  auto epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3});
+  auto epoch = test::sample_epoch(test::sample_time(), test::sample_point(), {1, 2, 3});
   sink->write(epoch);
   epoch.faults = {"jammer", "outage 2"};
   sink->write(epoch);
@@ -354,7 +354,7 @@ TEST(EpochsCsv, StatementOfRaim) {
   sink->write(epoch);
   epoch.observed.fix.consistent = false;
   sink->write(epoch);
-  sink->write(test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3}));
+  sink->write(test::sample_epoch(test::sample_time(), test::sample_point(), {1, 2, 3}));
   sink->finish();
   const auto records = read_csv(folder / "epochs.csv", csv_columns(TableKind::Epochs));
   ASSERT_EQ(records.size(), 3U);

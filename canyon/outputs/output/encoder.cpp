@@ -44,7 +44,7 @@ ReceiverDescription describe_receiver(const simulation::ReceiverConfig& receiver
   if (options.ionosphere) description.errors.emplace_back("ionosphere");
   if (options.troposphere) description.errors.emplace_back("troposphere");
   if (options.orbit_errors) description.errors.emplace_back("orbit and clock errors");
-  if (receiver.fixed) description.station_ecef = geodesy::ecef_from_geodetic(receiver.fixed->place);
+  if (receiver.fixed) description.station_ecef = geodesy::ecef_from_geodetic(receiver.fixed->position);
   for (const auto& record : navigation.glonass) description.glonass_channels[record.id] = record.channel;
   const double first_hz = gnss::l1_frequency_hz(gnss::System::GLONASS, 0);
   const double step_hz = gnss::l1_frequency_hz(gnss::System::GLONASS, 1) - first_hz;

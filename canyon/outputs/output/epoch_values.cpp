@@ -10,16 +10,16 @@
 
 namespace canyon::output {
 
-std::string_view no_fix_reason(const positioning::Fix& fix, raytrace::Placement placement) {
-  if (fix.status == positioning::FixStatus::NoSignal && placement == raytrace::Placement::Unknown)
+std::string_view no_fix_reason(const positioning::Fix& fix, raytrace::Containment containment) {
+  if (fix.status == positioning::FixStatus::NoSignal && containment == raytrace::Containment::Unknown)
     return "no pose: the antenna's position is not known";
   return positioning::reason(fix.status);
 }
 
-std::string_view placement_word(raytrace::Placement placement) {
+std::string_view containment_word(raytrace::Containment containment) {
   static constexpr std::array<std::string_view, 4> kWords{"free", "inside building", "under terrain",
                                                           "unknown"};
-  return kWords.at(static_cast<std::size_t>(placement));
+  return kWords.at(static_cast<std::size_t>(containment));
 }
 
 bool measured(const receiver::SatelliteObservation& satellite) {

@@ -17,7 +17,7 @@
 namespace canyon::output {
 
 /// "free", "inside building", "under terrain".
-[[nodiscard]] std::string_view placement_word(raytrace::Placement placement);
+[[nodiscard]] std::string_view containment_word(raytrace::Containment containment);
 
 /// "fix" or "no fix"; always "no fix" for an unsolved fix, whatever its other members are.
 [[nodiscard]] inline std::string_view status_word(const positioning::Fix& fix) {
@@ -25,7 +25,7 @@ namespace canyon::output {
 }
 
 /// Reason why there is no fix, as text: "too few satellites". @param placement of the antenna
-[[nodiscard]] std::string_view no_fix_reason(const positioning::Fix& fix, raytrace::Placement placement);
+[[nodiscard]] std::string_view no_fix_reason(const positioning::Fix& fix, raytrace::Containment containment);
 
 /// Satellites in the position: 0 without a position.
 [[nodiscard]] inline std::size_t used_count(const positioning::Fix& fix) {

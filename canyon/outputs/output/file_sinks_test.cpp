@@ -49,7 +49,7 @@ TEST(OutputFiles, WithoutFinishNothingIsLeft) {
   const test::TemporaryFolder folder;
   {
     const auto sink = open_file("nmea", folder / "receiver.nmea", 0);
-    sink->write(test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3}));
+    sink->write(test::sample_epoch(test::sample_time(), test::sample_point(), {1, 2, 3}));
   }
   EXPECT_TRUE(files_in(folder.path()).empty());
 }
@@ -77,7 +77,7 @@ class FileSizeLimit {
 
 TEST(OutputFiles, DiskThatFillsUpIsAnErrorAndLeavesNothing) {
   const test::TemporaryFolder folder;
-  const auto epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3});
+  const auto epoch = test::sample_epoch(test::sample_time(), test::sample_point(), {1, 2, 3});
   ReceiverDescription header;
   header.systems = {gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
   std::vector<std::unique_ptr<simulation::EpochSink>> sinks;
@@ -109,7 +109,7 @@ TEST(OutputFiles, DiskThatFillsUpIsAnErrorAndLeavesNothing) {
 
 TEST(OutputFiles, AnOlderFileStaysWhereTheRunFails) {
   const test::TemporaryFolder folder;
-  const auto epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3});
+  const auto epoch = test::sample_epoch(test::sample_time(), test::sample_point(), {1, 2, 3});
   const auto first = open_file("epochs_csv", folder / "epochs.csv", 0);
   first->write(epoch);
   first->finish();

@@ -118,7 +118,7 @@ class MavlinkStream final : public Encoder {
 
 /// A fix's position and accuracy, common to all messages.
 template <typename Message>
-void put_place(const simulation::Epoch& epoch, Message& m) {
+void put_position(const simulation::Epoch& epoch, Message& m) {
   const positioning::Fix& fix = epoch.observed.fix;
   m.latitude_deg = degrees(fix.position.latitude_rad);
   m.longitude_deg = degrees(fix.position.longitude_rad);
@@ -153,7 +153,7 @@ mavlink::GpsInput gps_input(const simulation::Epoch& epoch) {
                GpsInput::kVerticalAccuracy;
     return m;
   }
-  put_place(epoch, m);
+  put_position(epoch, m);
   m.yaw_deg = yaw_deg(fix);
   m.velocity_ned_mps = ned(*fix.velocity_enu_mps);
   if (fix.dop) {
@@ -177,7 +177,7 @@ mavlink::HilGps hil_gps(const simulation::Epoch& epoch) {
   m.fix_type = fix_type(kNoFix);
   if (!fix.measured() || !fix.velocity_enu_mps) return m;
   m.fix_type = fix_type(fix.kind());
-  put_place(epoch, m);
+  put_position(epoch, m);
   m.yaw_deg = yaw_deg(fix);
   m.velocity_ned_mps = ned(*fix.velocity_enu_mps);
   m.speed_mps = fix.velocity_enu_mps->head<2>().norm();
@@ -193,7 +193,7 @@ mavlink::GpsRawInt gps_raw_int(const simulation::Epoch& epoch) {
   m.fix_type = fix_type(kNoFix);
   if (!fix.measured()) return m;
   m.fix_type = fix_type(fix.kind());
-  put_place(epoch, m);
+  put_position(epoch, m);
   m.yaw_deg = yaw_deg(fix);
   m.ellipsoidal_height_m = fix.position.height_m;
   if (fix.dop) {

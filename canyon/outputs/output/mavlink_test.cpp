@@ -23,7 +23,7 @@ std::string hex(const std::string& bytes) {
 /// 0.5 m/s of 0.04, 0.09 and 0.12 m^2/s^2; velocity 3.1, -4.2, 0.4 m/s (ENU).
 simulation::Epoch epoch(bool fix = true) {
   simulation::Epoch epoch =
-      test::sample_epoch(test::sample_time() + 0.25, test::sample_place(), {0, 0, 0}, fix);
+      test::sample_epoch(test::sample_time() + 0.25, test::sample_point(), {0, 0, 0}, fix);
   if (!fix) return epoch;
   epoch.observed.fix.position = geodesy::Geodetic::from_degrees(22.29825, 114.17875, 12.3456);
   epoch.observed.fix.velocity_covariance_enu = Eigen::Vector3d(0.04, 0.09, 0.12).asDiagonal();

@@ -329,14 +329,14 @@ class McapEncoder final : public Encoder {
     writer_.add(kVelocity, now, v.bytes());
   }
 
-  void put_odometry(Topic topic, Nanoseconds now, const Eigen::Vector3d& place, const Eigen::Quaterniond& q,
-                    const Covariance& place_covariance, const Eigen::Vector3d& velocity, double yaw_rate,
+  void put_odometry(Topic topic, Nanoseconds now, const Eigen::Vector3d& point, const Eigen::Quaterniond& q,
+                    const Covariance& write_covariance, const Eigen::Vector3d& velocity, double yaw_rate,
                     const Covariance& velocity_covariance) {
     Cdr m;
     m.header(now, topic == kTruth ? "map" : "odom")
         .text(topic == kTruth ? "gnss" : "base_link")
-        .vector(place);
-    m.number(q.x()).number(q.y()).number(q.z()).number(q.w()).numbers(place_covariance);
+        .vector(point);
+    m.number(q.x()).number(q.y()).number(q.z()).number(q.w()).numbers(write_covariance);
     m.vector(velocity).vector({0, 0, yaw_rate}).numbers(velocity_covariance);
     writer_.add(topic, now, m.bytes());
   }

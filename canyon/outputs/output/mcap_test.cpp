@@ -23,7 +23,7 @@ std::string file_of(const ReceiverDescription& receiver) {
   batch.wheels[0].sample.speed_mps = {9.7, 10.3};
   batch.imu.emplace_back();
   batch.imu[0].sample.emplace();
-  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3});
+  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_point(), {1, 2, 3});
   epoch.sensors = &batch;
   const std::unique_ptr<Encoder> encoder = format_named("mcap").make(receiver);
   std::string bytes = encoder->begin();

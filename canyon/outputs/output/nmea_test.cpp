@@ -36,7 +36,7 @@ std::vector<std::string> bodies(const std::string& text, const std::string& type
 }
 
 simulation::Epoch epoch_at(double seconds, bool fix = true) {
-  return test::sample_epoch(test::sample_time() + seconds, test::sample_place(), {1, -2, 3}, fix);
+  return test::sample_epoch(test::sample_time() + seconds, test::sample_point(), {1, -2, 3}, fix);
 }
 
 // The sample GGA of Wikipedia's article "NMEA 0183".
@@ -229,7 +229,7 @@ TEST(Nmea, TimeIsUtcWithLeapSecondsAndRoundedOnce) {
   EXPECT_EQ(bodies(nmea_epoch(epoch_at(0.9999999)), "GGA").front().substr(6, 9), "125804.00");
   // Second 60 of 2016-12-31.
   const auto leap = geodesy::gps_from_utc({2016, 12, 31, 23, 59, 60, 0});
-  const std::string text = nmea_epoch(test::sample_epoch(leap, test::sample_place(), {0, 0, 0}));
+  const std::string text = nmea_epoch(test::sample_epoch(leap, test::sample_point(), {0, 0, 0}));
   EXPECT_EQ(bodies(text, "GGA").front().substr(6, 9), "235960.00");
   EXPECT_NE(bodies(text, "RMC").front().find(",311216,"), std::string::npos);
 }
@@ -279,11 +279,12 @@ TEST_F(GpsdDecode, ReadsTheSameFixes) {
   const auto sink = open_file("nmea", folder / "receiver.nmea", 0);
   std::map<std::string, simulation::Epoch> by_time;
   for (int i = 0; i < 20; ++i) {
-    geodesy::Geodetic place = test::sample_place();
-    place.latitude_rad += 1.2345e-7 * i * i;
-    place.longitude_rad -= 2.3456e-7 * i;
+    geodesy::Geodetic geodetic = test::sample_point();
+    geodetic.latitude_rad += 1.2345e-7 * i * i;
+    geodetic.longitude_rad -= 2.3456e-7 * i;
     const bool fix = i < 8 || i > 10;
-    auto epoch = test::sample_epoch(test::sample_time() + 0.1 * i, place, {0.1 * i, 2.0 - i, 0.5 * i}, fix);
+    auto epoch =
+        test::sample_epoch(test::sample_time() + 0.1 * i, geodetic, {0.1 * i, 2.0 - i, 0.5 * i}, fix);
     epoch.geoid_undulation_m = 39.62549;
     sink->write(epoch);
     by_time[geodesy::format_utc(epoch.observed.time)] = epoch;

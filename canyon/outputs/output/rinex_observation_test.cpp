@@ -92,7 +92,7 @@ std::vector<simulation::Epoch> sample_run() {
   std::vector<simulation::Epoch> epochs;
   for (int i = 0; i < 5; ++i) {
     epochs.push_back(
-        test::sample_epoch(test::sample_time() + 0.5 * i, test::sample_place(), {1, 2, 3}, i != 3));
+        test::sample_epoch(test::sample_time() + 0.5 * i, test::sample_point(), {1, 2, 3}, i != 3));
     // The clock gains 33 ns per epoch, so that tags are rounded up and down.
     epochs.back().observed.receiver_time = epochs.back().observed.receiver_time + 33e-9 * i;
     for (auto& satellite : epochs.back().observed.satellites) {
@@ -139,7 +139,7 @@ TEST(RinexObservation, HeaderIsComplete) {
     EXPECT_EQ(file.header.count(label), 1U) << label;
   }
   const std::string position = file.one("APPROX POSITION XYZ");
-  const Eigen::Vector3d truth = geodesy::ecef_from_geodetic(test::sample_place());
+  const Eigen::Vector3d truth = geodesy::ecef_from_geodetic(test::sample_point());
   for (int i = 0; i < 3; ++i) {
     EXPECT_NEAR(*parse_double(position.substr(static_cast<std::size_t>(14 * i), 14)), truth[i], 5.1e-5);
   }
@@ -200,7 +200,7 @@ TEST(RinexObservation, TagRoundsIntoTheNextDay) {
   const test::TemporaryFolder folder;
   // 2019-12-31 23:59:59.99999996 GPST.
   auto epoch = test::sample_epoch(geodesy::gps_from_calendar({2019, 12, 31, 23, 59, 59, 999'999'960}),
-                                  test::sample_place(), {0, 0, 0});
+                                  test::sample_point(), {0, 0, 0});
   epoch.observed.receiver_time = epoch.observed.time;
   write(folder / "receiver.obs", {epoch});
   const std::string text = test::read_bytes(folder / "receiver.obs");

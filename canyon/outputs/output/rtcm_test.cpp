@@ -64,7 +64,7 @@ ReceiverDescription description() {
 }
 
 TEST(Rtcm, OnlyAStationTellsItsPlace) {
-  const simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3});
+  const simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_point(), {1, 2, 3});
   const auto rover = format_named("rtcm").make(description());
   EXPECT_EQ(numbers_in(rover->encode(epoch)), (std::vector<int>{1033, 1077, 1087, 1097, 1117, 1127}));
   ReceiverDescription station = description();
@@ -95,7 +95,7 @@ TEST(Rtcm, EphemeridesComeAtOnceWhenNewAndEveryHalfMinute) {
   std::vector<int> seconds;
   rtcm::Ephemerides ephemerides;
   for (int s = 0; s < 3000; ++s) {
-    simulation::Epoch epoch = test::sample_epoch(test::sample_time() + s, test::sample_place(), {0, 0, 0});
+    simulation::Epoch epoch = test::sample_epoch(test::sample_time() + s, test::sample_point(), {0, 0, 0});
     epoch.navigation = &navigation;
     const auto due = ephemerides.due(epoch);
     if (!due.empty()) seconds.push_back(s);
@@ -114,7 +114,7 @@ TEST(Rtcm, AStreamLeavesEphemeridesOutWhereItIsTold) {
   e.id = *gnss::parse_satellite("G05");
   e.toc = e.toe = e.transmission = test::sample_time() - 1000;
   navigation.kepler.push_back(e);
-  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3});
+  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_point(), {1, 2, 3});
   epoch.navigation = &navigation;
   const test::TemporaryFolder folder;
   const auto sent = [&](const std::string& options) {
@@ -142,7 +142,7 @@ TEST(Rtcm, ChangedEphemeridesComeAtOnceAndSoDoTheOldOnes) {
   std::vector<int> seconds;
   rtcm::Ephemerides ephemerides;
   for (int s = 0; s < 30; ++s) {
-    simulation::Epoch epoch = test::sample_epoch(test::sample_time() + s, test::sample_place(), {0, 0, 0});
+    simulation::Epoch epoch = test::sample_epoch(test::sample_time() + s, test::sample_point(), {0, 0, 0});
     epoch.navigation = s >= 10 && s < 17 ? &wrong : &right;
     if (!ephemerides.due(epoch).empty()) seconds.push_back(s);
   }

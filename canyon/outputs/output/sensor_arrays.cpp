@@ -39,7 +39,7 @@ void each_array(const simulation::InertialSample& sample, inertial::ImuAxes axes
   put("angular_rate", "", stated ? stated->measured.angular_rate_radps : none);
   put("true_specific_force", "", sample.mean.specific_force_mps2);
   put("true_angular_rate", "", sample.mean.angular_rate_radps);
-  put("place", "", motion.place_deg_m);
+  put("place", "", motion.position_deg_m);
   put("velocity", "", motion.velocity_enu_mps);
   put("attitude", "", motion.attitude_deg);
   put("temperature", "", stated ? stated->temperature_k : kNoSample);

@@ -41,9 +41,9 @@ class ImuFiles {
     }
     begin_line(sample.time);
     const simulation::SensorMotion motion(sample.truth.sensor, axes_);
-    append(motion.place_deg_m.x(), 13);
-    append(motion.place_deg_m.y(), 13);
-    append(motion.place_deg_m.z(), 9);
+    append(motion.position_deg_m.x(), 13);
+    append(motion.position_deg_m.y(), 13);
+    append(motion.position_deg_m.z(), 9);
     append(motion.velocity_enu_mps, 12);
     append(motion.attitude_deg, 12);
     append(sample.truth.input);

@@ -17,7 +17,7 @@ void write_epochs(benchmark::State& state, const MakeSink& make) {
   const test::TemporaryFolder folder;
   std::vector<simulation::Epoch> epochs;
   for (int i = 0; i < kEpochs; ++i) {
-    epochs.push_back(test::sample_epoch(test::sample_time() + i, test::sample_place(), {1.5, -2.5, 3.5}));
+    epochs.push_back(test::sample_epoch(test::sample_time() + i, test::sample_point(), {1.5, -2.5, 3.5}));
   }
   for (auto _ : state) {
     const auto sink = make(folder / "file");

@@ -27,9 +27,9 @@ transport::StreamDescription stream_description(const Format& format, const Rece
   for (const gnss::System system : receiver.systems)
     stream.systems += fmt::format("{}{}", stream.systems.empty() ? "" : "+", gnss::name(system));
   if (receiver.station_ecef) {
-    const geodesy::Geodetic place = geodesy::geodetic_from_ecef(*receiver.station_ecef);
-    stream.latitude_deg = geodesy::degrees(place.latitude_rad);
-    stream.longitude_deg = geodesy::degrees(place.longitude_rad);
+    const geodesy::Geodetic position = geodesy::geodetic_from_ecef(*receiver.station_ecef);
+    stream.latitude_deg = geodesy::degrees(position.latitude_rad);
+    stream.longitude_deg = geodesy::degrees(position.longitude_rad);
   }
   return stream;
 }
@@ -320,8 +320,8 @@ void VirtualStations::receive(std::uint64_t reader, std::string_view bytes) {
   Rover& rover = rovers_.of(reader);
   rover.lines.receive(bytes, [&rover](std::optional<std::string_view> line) {
     if (!line) return;
-    if (const auto place = simulation::position_of_gga(*line))
-      rover.reported_ecef = geodesy::ecef_from_geodetic(*place);
+    if (const auto position = simulation::position_of_gga(*line))
+      rover.reported_ecef = geodesy::ecef_from_geodetic(*position);
   });
 }
 
@@ -330,9 +330,9 @@ std::optional<std::string> VirtualStations::encode(std::uint64_t reader, const s
   if (rover == nullptr) return std::nullopt;
   const std::optional<simulation::Epoch> moved = rover->station.move(epoch, rover->reported_ecef);
   if (!moved) return std::nullopt;
-  if (!rover->encoder || moved->truth_ecef != rover->place_ecef) {
-    rover->place_ecef = moved->truth_ecef;
-    base_.station_ecef = rover->place_ecef;
+  if (!rover->encoder || moved->truth_ecef != rover->antenna_position_ecef) {
+    rover->antenna_position_ecef = moved->truth_ecef;
+    base_.station_ecef = rover->antenna_position_ecef;
     rover->encoder = format_->make(base_);
   }
   return rover->encoder->encode(*moved);

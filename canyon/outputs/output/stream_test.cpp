@@ -74,7 +74,7 @@ TEST(Stream, EveryFormatHasAFileNameOfItsOwnAndStreamsToAFile) {
     EXPECT_TRUE(files.insert(format.file).second) << format.file;
     EXPECT_EQ(&format_named(format.name), &format);
     const auto stream = open_file(format.name, folder / std::string(format.file), 0, rover);
-    stream->write(test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3}));
+    stream->write(test::sample_epoch(test::sample_time(), test::sample_point(), {1, 2, 3}));
     stream->finish();
     EXPECT_NE(test::read_bytes(folder / std::string(format.file)), "") << format.name;
   }
@@ -85,7 +85,7 @@ TEST(Stream, TakesOneReceiversEpochsToATcpClient) {
   const auto stream = open_stream(parse_stream("nmea=tcp://127.0.0.1:" + std::to_string(port)), 1, {});
   test::LocalConnection client(port);
   stream->serve();
-  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3});
+  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_point(), {1, 2, 3});
   stream->write(epoch);  // of receiver 0
   epoch.receiver = 1;
   epoch.observed.time = epoch.observed.time + 1;
@@ -156,7 +156,7 @@ struct Recorded {
 };
 
 simulation::Epoch epoch_at(double seconds) {
-  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3});
+  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_point(), {1, 2, 3});
   epoch.observed.time = epoch.observed.time + seconds;
   return epoch;
 }
@@ -276,7 +276,7 @@ TEST(Stream, ReadsOptionsBehindTheAddress) {
 
 TEST(RealTimePacer, TakesAsMuchTimeAsTheEpochsAndNoMoreWhereStopped) {
   using Clock = std::chrono::steady_clock;
-  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3});
+  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_point(), {1, 2, 3});
   int served = 0;
   std::atomic<bool> stop{false};
   RealTimePacer pacer(&stop, [&] { ++served; });

@@ -19,7 +19,7 @@ std::vector<RunSummary> run(const std::vector<bool>& fix) {
   SummarySink sink({"rover"});
   for (std::size_t i = 0; i < fix.size(); ++i) {
     const auto n = static_cast<double>(i);
-    sink.write(test::sample_epoch(test::sample_time() + n, test::sample_place(), {0, n, -2 * n}, fix[i]));
+    sink.write(test::sample_epoch(test::sample_time() + n, test::sample_point(), {0, n, -2 * n}, fix[i]));
   }
   sink.finish();
   return sink.summaries();
@@ -78,7 +78,7 @@ TEST(Summary, StrengthAndIntegrity) {
   epoch.observed.fix.consistent.reset();
   epoch.observed.fix.excluded.clear();
   sink.write(epoch);
-  epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3});
+  epoch = test::sample_epoch(test::sample_time(), test::sample_point(), {1, 2, 3});
   epoch.receiver = 1;
   sink.write(epoch);
   const auto summaries = sink.summaries();
@@ -105,7 +105,7 @@ TEST(Summary, StrengthAndIntegrity) {
 TEST(Summary, SaysWhatTheFixWasLikeDuringAFault) {
   SummarySink sink({"hit", "spared"});
   for (int i = 0; i < 6; ++i) {
-    auto epoch = test::sample_epoch(test::sample_time() + i, test::sample_place(), {0, 1.0 * i, 0}, i != 3);
+    auto epoch = test::sample_epoch(test::sample_time() + i, test::sample_point(), {0, 1.0 * i, 0}, i != 3);
     if (i < 4) epoch.faults = {"storm"};
     if (i == 5) epoch.faults = {"outage 2"};
     sink.write(epoch);

@@ -248,7 +248,7 @@ class GeoJson final : public Encoder {
       properties["used"] = used_count(seen.fix);
       properties["marker-color"] = colour(error_classes()[error_class(horizontal_m(epoch.error_enu_m))].rgb);
     } else {
-      properties["reason"] = no_fix_reason(seen.fix, epoch.placement);
+      properties["reason"] = no_fix_reason(seen.fix, epoch.containment);
       properties["marker-color"] = colour(kOutageRgb);
     }
     properties["tracked"] = seen.visible;
@@ -264,10 +264,10 @@ class GeoJson final : public Encoder {
       // A LineString needs two positions (RFC 7946, 3.1.4).
       const std::size_t depth = cut_ ? 2 : points_ > 1 ? 1 : 0;
       constexpr std::array kTypes{"Point", "LineString", "MultiLineString"};
-      constexpr std::string_view kPlace = "\"coordinates\":null";
+      constexpr std::string_view kPosition = "\"coordinates\":null";
       const std::string text = next(feature(
           {{"kind", "truth"}, {"name", name_}, {"stroke", colour(kTruthRgb)}}, kTypes[depth], Json()));
-      const std::size_t at = text.rfind(kPlace) + kPlace.size();
+      const std::size_t at = text.rfind(kPosition) + kPosition.size();
       put(text.substr(0, at - std::string_view("null").size()) + std::string(depth, '['));
       truth_.read(put);
       put(std::string(depth, ']') + text.substr(at));
@@ -281,13 +281,13 @@ class GeoJson final : public Encoder {
   }
 
   /// The line is cut at the antimeridian (RFC 7946, 3.1.9).
-  void add_truth(const geodesy::Geodetic& place) {
-    if (const auto crossing = last_ ? antimeridian_crossing(*last_, place) : std::nullopt) {
+  void add_truth(const geodesy::Geodetic& geodetic) {
+    if (const auto crossing = last_ ? antimeridian_crossing(*last_, geodetic) : std::nullopt) {
       truth_.add("," + coordinates((*crossing)[0]).dump() + "],[" + coordinates((*crossing)[1]).dump());
       cut_ = true;
     }
-    truth_.add((last_ ? "," : "") + coordinates(place).dump());
-    last_ = place;
+    truth_.add((last_ ? "," : "") + coordinates(geodetic).dump());
+    last_ = geodetic;
     ++points_;
   }
 

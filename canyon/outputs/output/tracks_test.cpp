@@ -24,10 +24,10 @@ using testing::HasSubstr;
 std::vector<simulation::Epoch> sample_run() {
   std::vector<simulation::Epoch> epochs;
   for (int i = 0; i < 8; ++i) {
-    geodesy::Geodetic place = test::sample_place();
-    place.latitude_rad += 1e-6 * i;
-    epochs.push_back(
-        test::sample_epoch(test::sample_time() + i, place, {1.0 * i * i, 0, -1}, i != 3 && i != 4 && i != 6));
+    geodesy::Geodetic position = test::sample_point();
+    position.latitude_rad += 1e-6 * i;
+    epochs.push_back(test::sample_epoch(test::sample_time() + i, position, {1.0 * i * i, 0, -1},
+                                        i != 3 && i != 4 && i != 6));
   }
   return epochs;
 }
@@ -96,13 +96,13 @@ TEST(Kml, ColoursFixesByTheirKind) {
   epochs[5] = test::corrected(epochs[5], FixKind::Float);
   feed(*open_file("kml", folder / "track.kml", 0, {"rover"}), epochs);
   const std::string text = test::read_bytes(folder / "track.kml");
-  const auto places = [&](const std::string& name) {
+  const auto positions = [&](const std::string& name) {
     const std::size_t from = text.find("<name>" + name + "</name>");
     return occurrences(text.substr(from, text.find("</Placemark>", from) - from), ",11.345\n");
   };
-  EXPECT_EQ(places("Fixes, connected"), 2U) << "seconds 0 and 7";
-  EXPECT_EQ(places("Fixes, connected: fixed"), 3U) << "0 to 2";
-  EXPECT_EQ(places("Fixes, connected: float"), 1U) << "5";
+  EXPECT_EQ(positions("Fixes, connected"), 2U) << "seconds 0 and 7";
+  EXPECT_EQ(positions("Fixes, connected: fixed"), 3U) << "0 to 2";
+  EXPECT_EQ(positions("Fixes, connected: float"), 1U) << "5";
   EXPECT_EQ(occurrences(text, "<Style id=\"fix_fixed\">"), 1U);
   EXPECT_EQ(occurrences(text, "<styleUrl>#fix_float</styleUrl>"), 1U);
   EXPECT_EQ(occurrences(text, "fix_differential"), 0U);
@@ -234,14 +234,14 @@ TEST(Gpx, HoldsFixesAndASegmentForEachStretch) {
   EXPECT_EQ(query("count(//*[local-name()=\"trkseg\"])"), "3");
   EXPECT_EQ(query("count(//*[local-name()=\"trkseg\"][1]/*)"), "3");
   // wptType, elements in the order of the schema.
-  const geodesy::Geodetic& place = epochs[0].observed.fix.position;
-  EXPECT_THAT(
-      test::read_bytes(path),
-      HasSubstr("<trkpt lat=\"" + fixed(geodesy::degrees(place.latitude_rad), 9) + "\" lon=\"" +
-                fixed(geodesy::degrees(place.longitude_rad), 9) + "\"><ele>" + fixed(place.height_m, 3) +
-                "</ele><time>2019-04-28T12:58:03.000Z</time><fix>3d</fix><sat>9</sat>"
-                "<hdop>1.250</hdop><vdop>1.688</vdop><pdop>2.100</pdop></trkpt>\n"));
-  EXPECT_NEAR(geodesy::degrees(place.longitude_rad), 114.178761, 1e-9);
+  const geodesy::Geodetic& geodetic = epochs[0].observed.fix.position;
+  EXPECT_THAT(test::read_bytes(path),
+              HasSubstr("<trkpt lat=\"" + fixed(geodesy::degrees(geodetic.latitude_rad), 9) + "\" lon=\"" +
+                        fixed(geodesy::degrees(geodetic.longitude_rad), 9) + "\"><ele>" +
+                        fixed(geodetic.height_m, 3) +
+                        "</ele><time>2019-04-28T12:58:03.000Z</time><fix>3d</fix><sat>9</sat>"
+                        "<hdop>1.250</hdop><vdop>1.688</vdop><pdop>2.100</pdop></trkpt>\n"));
+  EXPECT_NEAR(geodesy::degrees(geodetic.longitude_rad), 114.178761, 1e-9);
 }
 
 // GPX 1.1: geoidheight is the height of the geoid above the ellipsoid, and is after the time.

@@ -238,7 +238,8 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     for (const int number : {1074, 1077, 1084, 1087, 1094, 1097, 1124, 1127})
       if (is_due(number)) numbers.push_back(number);
     ReceiverDescription told = receiver_;
-    if (const auto place = port.commands.configuration().told_place_ecef()) told.station_ecef = place;
+    if (const auto position = port.commands.configuration().configured_position_ecef())
+      told.station_ecef = position;
     std::string text;
     for (const broadcast::Bits& message : rtcm::station_messages(told))
       if (is_due(static_cast<int>(message.number(0, 12)))) text += rtcm::frame(message);

@@ -552,7 +552,7 @@ TEST(UbxDevice, HasNoPositionWithoutAFix) {
   Device device;
   (void)device.encode(ubx_epoch());
   const auto messages =
-      device.encode(test::sample_epoch(test::sample_time() + 1, test::sample_place(), {0, 0, 0}, false));
+      device.encode(test::sample_epoch(test::sample_time() + 1, test::sample_point(), {0, 0, 0}, false));
   const Message& pvt = find(messages, 0x0107);
   EXPECT_EQ(pvt.u(20, 1), 0U);
   EXPECT_EQ(pvt.u(21, 1), 0U);
@@ -567,7 +567,7 @@ TEST(UbxDevice, HasNoPositionWithoutAFix) {
 
   Device never;
   const auto first =
-      never.encode(test::sample_epoch(test::sample_time(), test::sample_place(), {0, 0, 0}, false));
+      never.encode(test::sample_epoch(test::sample_time(), test::sample_point(), {0, 0, 0}, false));
   EXPECT_EQ(find(first, 0x0107).u(11, 1), 0U) << "nor a time before the first fix";
 }
 
@@ -624,12 +624,12 @@ TEST(UbxDevice, CountsFromTheReceiversRestart) {
   Device device;
   (void)device.encode(ubx_epoch());
   const disturbance::Restart restart{test::sample_time() + 5};
-  auto e = test::sample_epoch(test::sample_time() + 6, test::sample_place(), {0, 0, 0}, false);
+  auto e = test::sample_epoch(test::sample_time() + 6, test::sample_point(), {0, 0, 0}, false);
   e.observed.events.restart = restart;
   const auto lost = find(device.encode(e), 0x0103);
   EXPECT_EQ(lost.u(8, 4), 0U);
   EXPECT_EQ(lost.u(12, 4), 1000U);
-  e = test::sample_epoch(test::sample_time() + 31, test::sample_place(), {0, 0, 0});
+  e = test::sample_epoch(test::sample_time() + 31, test::sample_point(), {0, 0, 0});
   e.observed.events.restart = restart;
   const auto found = find(device.encode(e), 0x0103);
   EXPECT_EQ(found.u(8, 4), 26000U);

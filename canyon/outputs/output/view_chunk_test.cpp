@@ -54,7 +54,7 @@ TEST(Chunk, LayoutIsTheDocumentedOne) {
 TEST(Chunk, NegativeAndLargeWholeNumbersKeepTheirBits) {
   ViewRows rows(kViewEpochs);
   ViewWords words;
-  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {13, 14, 15});
+  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_point(), {13, 14, 15});
   epoch.observed.visible = 65535;
   epoch.faults = {"jammer", "outage 2"};
   // The viewer-only columns; the last is the skyline.

@@ -71,7 +71,7 @@ std::string epoch_message(const EpochMessage& message, const EpochRows& rows) {
   json["receiver"] = message.receiver;
   json["time_s"] = message.time_s;
   json["place"] = {
-      {"east_m", message.place.x()}, {"north_m", message.place.y()}, {"up_m", message.place.z()}};
+      {"east_m", message.position.x()}, {"north_m", message.position.y()}, {"up_m", message.position.z()}};
   json["faults"] = message.faults;
   json["words"] = Json::object();
   for (const auto& [column, words] : rows.words().lists()) json["words"][column] = words;
@@ -85,7 +85,7 @@ std::string epoch_message(const EpochMessage& message, const EpochRows& rows) {
 
 std::string epoch_message(EpochMessage message, const simulation::Epoch& epoch,
                           const EpochRows::ToLocal& local, EpochRows& rows) {
-  message.place = local(epoch.truth_ecef);
+  message.position = local(epoch.truth_ecef);
   message.faults = epoch.faults;
   message.satellites.clear();
   for (const auto& satellite : epoch.observed.satellites) message.satellites.push_back(satellite.id);

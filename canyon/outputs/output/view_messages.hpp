@@ -24,13 +24,13 @@ struct ReceiverDescription;
 
 /// A single epoch for the page.
 struct EpochMessage {
-  std::string receiver;                             ///< its name
-  std::optional<std::int64_t> id;                   ///< ID of the request that it responds to
-  Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< of the antenna, city's frame [m]; NaN: not known
-  double time_s = 0;                                ///< since the begin
-  std::vector<std::string> faults;                  ///< active
-  std::vector<gnss::SatelliteId> satellites;        ///< referred to by index in the rows
-  std::string skyline;                              ///< a row of the table "skylines"; empty: none
+  std::string receiver;                                ///< its name
+  std::optional<std::int64_t> id;                      ///< ID of the request that it responds to
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< of the antenna, city's frame [m]; NaN: not known
+  double time_s = 0;                                   ///< since the begin
+  std::vector<std::string> faults;                     ///< active
+  std::vector<gnss::SatelliteId> satellites;           ///< referred to by index in the rows
+  std::string skyline;                                 ///< a row of the table "skylines"; empty: none
 };
 /// {"type":"epoch",...}; `rows` is one epoch with its satellites and paths.
 [[nodiscard]] std::string epoch_message(const EpochMessage& message, const EpochRows& rows);

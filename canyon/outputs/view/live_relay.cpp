@@ -36,11 +36,11 @@ double bounded(const Json& json, const char* key, double low, double high) {
   return value;
 }
 
-Eigen::Vector3d place_of(const Json& message) {
+Eigen::Vector3d position_of(const Json& message) {
   constexpr double kFarthest_m = 1e7;
-  const Json& place = message.at("place");
+  const Json& position = message.at("place");
   const auto axis = [&](const char* key) {
-    return place.at(key).is_null() ? std::nan("") : bounded(place, key, -kFarthest_m, kFarthest_m);
+    return position.at(key).is_null() ? std::nan("") : bounded(position, key, -kFarthest_m, kFarthest_m);
   };
   return {axis("east_m"), axis("north_m"), axis("up_m")};
 }
@@ -137,12 +137,12 @@ struct LiveRelay::Impl {
   void take_epoch(Server& server, const Host& host, Json& message) {
     const auto name = host.names.find(message.at("receiver").get<std::string>());
     if (name == host.names.end()) return;
-    const Eigen::Vector3d place = place_of(message);
+    const Eigen::Vector3d point = position_of(message);
     message["receiver"] = name->second;
     message["time_s"] = bounded(message, "time_s", -1e9, 1e9) + (host.begin - *header.begin);
-    if (place.allFinite()) {
+    if (point.allFinite()) {
       MovingSkyline& skyline = skylines[name->second];
-      skyline.move(scene, place);
+      skyline.move(scene, point);
       message["skyline"] = std::vector<unsigned char>(skyline.bytes().begin(), skyline.bytes().end());
     }
     newest[name->second] = message.dump();

@@ -116,13 +116,13 @@ std::string read_bytes(const std::filesystem::path& path) {
 std::filesystem::path find_page() {
   if (const char* named = std::getenv("CANYON_VIEWER"); named != nullptr && *named != '\0') return named;
   std::error_code error;
-  std::vector<std::filesystem::path> places;
+  std::vector<std::filesystem::path> points;
   // An installed program has share/ next to bin/; for a build tree the page is in the source tree.
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (!error) places.push_back(program.parent_path().parent_path() / "share/canyon/viewer.html");
-  places.emplace_back(built_page);
-  for (const std::filesystem::path& place : places)
-    if (std::filesystem::is_regular_file(place, error)) return place;
+  if (!error) points.push_back(program.parent_path().parent_path() / "share/canyon/viewer.html");
+  points.emplace_back(built_page);
+  for (const std::filesystem::path& position : points)
+    if (std::filesystem::is_regular_file(position, error)) return position;
   throw InputError("the viewer's page is not built",
                    "run ./run view, which needs Node.js; or name a viewer.html in CANYON_VIEWER");
 }

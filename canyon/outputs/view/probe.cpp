@@ -67,13 +67,13 @@ Probe::Question Probe::read(const Json& json) const {
     throw InputError(fmt::format("'receiver' is {}", receiver), "give a whole number");
   question.receiver = static_cast<std::size_t>(receiver);
   question.time_s = number(json, "time_s", 0, last_s_);
-  const Json& place = json["place"];
-  if (!place.is_object())
+  const Json& position = json["place"];
+  if (!position.is_object())
     throw InputError("'place' is missing", "give east_m, north_m and up_m in the city's frame");
   const auto axis = [&](const char* key, int i) {
-    return number(place, key, std::floor(low_[i] - kReach_m), std::ceil(high_[i] + kReach_m));
+    return number(position, key, std::floor(low_[i] - kReach_m), std::ceil(high_[i] + kReach_m));
   };
-  question.place = {axis("east_m", 0), axis("north_m", 1), axis("up_m", 2)};
+  question.position = {axis("east_m", 0), axis("north_m", 1), axis("up_m", 2)};
   return question;
 }
 
@@ -82,7 +82,7 @@ std::string Probe::trace(const Question& question, std::optional<std::int64_t> i
   receiver.restart();
   // It is upright at its own position.
   simulation::LiveReceiver::Step step = receiver.observe(
-      {receiver.at(question.time_s), scene_->city.frame.geodetic_from_local(question.place)});
+      {receiver.at(question.time_s), scene_->city.frame.geodetic_from_local(question.position)});
   step.epoch.arrival = &step.arrival;
 
   const receiver::ReceiverOptions& options = receiver.config().receiver().options;
@@ -90,7 +90,7 @@ std::string Probe::trace(const Question& question, std::optional<std::int64_t> i
   message.receiver = options.name;
   message.id = id;
   message.time_s = question.time_s;
-  message.skyline = skyline_bytes(scene_->scene, question.place);
+  message.skyline = skyline_bytes(scene_->scene, question.position);
   output::EpochRows rows(options.signal, paths_per_satellite_);
   return output::epoch_message(
       std::move(message), step.epoch,

@@ -35,7 +35,7 @@ class Probe {
   struct Question {
     std::size_t receiver = 0;
     double time_s = 0;
-    Eigen::Vector3d place;
+    Eigen::Vector3d position;
   };
   [[nodiscard]] Question read(const Json& json) const;
   [[nodiscard]] std::string trace(const Question& question, std::optional<std::int64_t> id);

@@ -71,7 +71,7 @@ class FirstEpochs final : public simulation::EpochSink {
  public:
   explicit FirstEpochs(const simulation::Simulation& simulation) : simulation_(simulation) {}
   void write(const simulation::Epoch& epoch) override {
-    if (places.size() > epoch.receiver) return;
+    if (positions.size() > epoch.receiver) return;
     const auto& options = simulation_.scenario().receivers[epoch.receiver].options;
     const geodesy::LocalFrame& frame = simulation_.environment().city().frame;
     output::EpochMessage message;
@@ -80,11 +80,11 @@ class FirstEpochs final : public simulation::EpochSink {
     rows.add(
         epoch, 0, 0, -1, [&](const Eigen::Vector3d& ecef) { return frame.local_from_ecef(ecef); },
         message.satellites);
-    places.push_back(frame.local_from_ecef(epoch.truth_ecef));
+    positions.push_back(frame.local_from_ecef(epoch.truth_ecef));
     messages.push_back(Json::parse(output::epoch_message(message, rows)));
   }
   void finish() override {}
-  std::vector<Eigen::Vector3d> places;
+  std::vector<Eigen::Vector3d> positions;
   std::vector<Json> messages;
 
  private:
@@ -109,11 +109,11 @@ class ProbeTest : public testing::Test {
     probe_ = std::make_unique<Probe>(*simulation_, scene_, 12);
   }
   [[nodiscard]] Json ask(const Json& question) { return Json::parse(probe_->answer(question.dump())); }
-  static Json question(const Eigen::Vector3d& place, double time_s = 0, int receiver = 0) {
+  static Json question(const Eigen::Vector3d& point, double time_s = 0, int receiver = 0) {
     return {
         {"type", "probe"},  {"version", 1},
         {"id", 7},          {"receiver", receiver},
-        {"time_s", time_s}, {"place", {{"east_m", place.x()}, {"north_m", place.y()}, {"up_m", place.z()}}}};
+        {"time_s", time_s}, {"place", {{"east_m", point.x()}, {"north_m", point.y()}, {"up_m", point.z()}}}};
   }
 
   std::shared_ptr<simulation::CityScene> scene_;
@@ -125,10 +125,10 @@ class ProbeTest : public testing::Test {
 TEST_F(ProbeTest, IsTheFirstEpochOfAReceiverThere) {
   FirstEpochs run(*simulation_);
   simulation_->run({&run});
-  ASSERT_EQ(run.places.size(), 2U);
+  ASSERT_EQ(run.positions.size(), 2U);
   for (int receiver = 0; receiver < 2; ++receiver) {
     const auto r = static_cast<std::size_t>(receiver);
-    const Json answer = ask(question(run.places[r], 0, receiver));
+    const Json answer = ask(question(run.positions[r], 0, receiver));
     EXPECT_EQ(answer["type"], "epoch");
     EXPECT_EQ(answer["version"], 1);
     EXPECT_EQ(answer["id"], 7);
@@ -171,7 +171,7 @@ TEST_F(ProbeTest, AnswersTheSameAgainAndSaysWhereAnAntennaCannotBe) {
   }
   const auto inside = columns_of(unpacked(ask(question(middle))["chunk"]));
   EXPECT_EQ(inside.at("epochs.placement"),
-            std::vector<double>{static_cast<double>(scene_->scene.placement(middle))});
+            std::vector<double>{static_cast<double>(scene_->scene.containment(middle))});
   EXPECT_NE(inside.at("epochs.placement").front(), 0);
   EXPECT_EQ(inside.at("epochs.used").front(), 0);
 }
@@ -188,7 +188,7 @@ TEST_F(ProbeTest, SaysInOneMessageWhatIsWrong) {
     json[key] = value;
     return json.dump();
   };
-  const auto placed = [&](const char* key, const Json& value) {
+  const auto posed = [&](const char* key, const Json& value) {
     Json json = question({38, 38, 1.5});
     json["place"][key] = value;
     return json.dump();
@@ -209,9 +209,9 @@ TEST_F(ProbeTest, SaysInOneMessageWhatIsWrong) {
   EXPECT_THAT(complaint(changed("time_s", 10.5)), HasSubstr("'time_s' is 10.5; give a value from 0 to 10"));
   EXPECT_THAT(complaint(changed("time_s", nullptr)), HasSubstr("'time_s' is not a number"));
   EXPECT_THAT(complaint(changed("place", {1, 2, 3})), HasSubstr("'place' is missing"));
-  EXPECT_THAT(complaint(placed("up_m", nullptr)), HasSubstr("'up_m' is not a number"));
-  EXPECT_THAT(complaint(placed("north_m", 1e6)), HasSubstr("'north_m' is 1000000"));
-  EXPECT_THAT(complaint(placed("east_m", "here")), HasSubstr("'east_m' is not a number"));
+  EXPECT_THAT(complaint(posed("up_m", nullptr)), HasSubstr("'up_m' is not a number"));
+  EXPECT_THAT(complaint(posed("north_m", 1e6)), HasSubstr("'north_m' is 1000000"));
+  EXPECT_THAT(complaint(posed("east_m", "here")), HasSubstr("'east_m' is not a number"));
   EXPECT_EQ(Json::parse(probe_->answer(changed("time_s", 99)))["id"], 7);
   EXPECT_EQ(ask(question({38, 38, 1.5}))["type"], "epoch");  // and continues
 }

@@ -58,8 +58,8 @@ std::string skyline_bytes(const raytrace::RayScene& scene, const Eigen::Vector3d
 }
 
 bool MovingSkyline::move(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu) {
-  if (!bytes_.empty() && (antenna_enu - place_).norm() < step_m_) return false;
-  place_ = antenna_enu;
+  if (!bytes_.empty() && (antenna_enu - position_).norm() < step_m_) return false;
+  position_ = antenna_enu;
   bytes_ = skyline_bytes(scene, antenna_enu);
   return true;
 }

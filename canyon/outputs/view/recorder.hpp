@@ -33,7 +33,7 @@ class MovingSkyline {
 
  private:
   double step_m_;
-  Eigen::Vector3d place_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d position_ = Eigen::Vector3d::Zero();
   std::string bytes_;
 };
 

@@ -73,12 +73,12 @@ class View final : public simulation::EpochSink {
       there.truth = epoch.truth;
       there.truth_ecef = epoch.truth_ecef;
       there.observed.time = epoch.observed.time;
-      if (const auto place = options_.tracks[i].place_ecef(epoch.truth.time)) {
+      if (const auto point = options_.tracks[i].antenna_position_ecef(epoch.truth.time)) {
         there.observed.fix.status = positioning::FixStatus::Fix;
-        there.observed.fix.position_ecef = *place;
-        there.observed.fix.position = geodesy::geodetic_from_ecef(*place);
+        there.observed.fix.position_ecef = *point;
+        there.observed.fix.position = geodesy::geodetic_from_ecef(*point);
         there.error_enu_m =
-            geodesy::enu_from_ecef_rotation(epoch.truth.position) * (*place - epoch.truth_ecef);
+            geodesy::enu_from_ecef_rotation(epoch.truth.position) * (*point - epoch.truth_ecef);
       }
       add(there);
     }

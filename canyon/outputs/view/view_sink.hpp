@@ -20,7 +20,7 @@ namespace canyon::view {
 struct OtherTrack {
   std::string name;
   /// Position at a time [m, ECEF]; empty: none.
-  std::function<std::optional<Eigen::Vector3d>(geodesy::GpsTime)> place_ecef;
+  std::function<std::optional<Eigen::Vector3d>(geodesy::GpsTime)> antenna_position_ecef;
 };
 
 struct ViewOptions {

@@ -51,7 +51,7 @@ void Shadowing::go_to(double way_m, double height_m) {
   way_m_ = way_m;
 }
 
-Shadowing::Place Shadowing::place(const Eigen::Vector3d& direction) const {
+Shadowing::SkyCell Shadowing::locate(const Eigen::Vector3d& direction) const {
   const double frames = (way_m_ + origin_m_ + kObstacleDistance_m * axis_.dot(direction)) / options_.frame_m;
   const double frame = std::floor(frames);
   return {static_cast<std::int64_t>(frame), (frames - frame) * options_.frame_m};
@@ -73,7 +73,7 @@ ShadowingParameters Shadowing::parameters(double elevation_rad) const {
 
 Shadowing::Shadow Shadowing::of(const Eigen::Vector3d& direction) {
   nodes_.shares(direction, shares_);
-  const Place here = place(direction);
+  const SkyCell here = locate(direction);
   const ShadowingParameters p = parameters(std::asin(std::min(direction.z(), 1.0)));
   const FrameStates::States states = shadows_.at(here.frame, shares_, {p.enter, p.leave});
   const double share = passed(states, here.into_m);
@@ -93,7 +93,7 @@ void DirectShadowing::apply(const propagation::Antenna& antenna, propagation::Ar
   }
   before_ = antenna;
   shadowing_.go_to(way_m_, arrival.height_above_ground_m);
-  if (arrival.placement != raytrace::Placement::Free) return;
+  if (arrival.containment != raytrace::Containment::Free) return;
   skyline_.go_to(arrival.antenna_enu.head<2>(), arrival.height_above_ground_m);
   for (propagation::SatelliteView& view : arrival.views) {
     for (propagation::Path& path : view.paths.paths) {

@@ -79,11 +79,11 @@ class Shadowing {
  private:
   /// Travelled distance in a direction's frames. Each direction has an origin, as shadows come from a
   /// distance.
-  struct Place {
+  struct SkyCell {
     std::int64_t frame;
     double into_m;
   };
-  [[nodiscard]] Place place(const Eigen::Vector3d& direction) const;
+  [[nodiscard]] SkyCell locate(const Eigen::Vector3d& direction) const;
   /// Progress of a state: 0 off, 1 on, between them during the transition.
   [[nodiscard]] double passed(FrameStates::States states, double into_m) const;
   [[nodiscard]] ShadowingParameters parameters(double elevation_rad) const;

@@ -41,9 +41,9 @@ Skyline::Skyline(const ShadowingOptions& options, std::uint64_t seed)
 double Skyline::number(std::uint64_t field, std::size_t node) const {
   const std::uint64_t of_node = mix64(root_ + kGolden64 * (field + 16 * node));
   // Each node has its own lattice origin.
-  const double x = place_.x() / SkylineOptions::kLength_m + static_cast<double>(of_node >> 44U) / 0x1p20;
+  const double x = position_.x() / SkylineOptions::kLength_m + static_cast<double>(of_node >> 44U) / 0x1p20;
   const double y =
-      place_.y() / SkylineOptions::kLength_m + static_cast<double>((of_node >> 24U) & 0xfffffU) / 0x1p20;
+      position_.y() / SkylineOptions::kLength_m + static_cast<double>((of_node >> 24U) & 0xfffffU) / 0x1p20;
   const double column = std::floor(x), row = std::floor(y);
   const double along = eased(x - column), across = eased(y - row);
   double sum = 0, square = 0;
@@ -58,8 +58,8 @@ double Skyline::number(std::uint64_t field, std::size_t node) const {
   return sum / std::sqrt(square);
 }
 
-void Skyline::go_to(const Eigen::Vector2d& place, double height_m) {
-  place_ = place;
+void Skyline::go_to(const Eigen::Vector2d& point, double height_m) {
+  position_ = point;
   height_m_ = height_m;
   if (empty()) return;
   for (std::size_t k = 0; k < nodes_.size(); ++k) nodes_[k] = {number(kHeight, k), number(kDistance, k)};

@@ -30,7 +30,7 @@ class Skyline {
   [[nodiscard]] bool empty() const { return *numbers_.share == 0; }
   /// Moves the antenna. Calls may come in any order of positions.
   /// @param place east, north in the city's frame [m]; @param height_m of the antenna above the ground [m]
-  void go_to(const Eigen::Vector2d& place, double height_m);
+  void go_to(const Eigen::Vector2d& point, double height_m);
   /// Change of a path's level by the obstacles at the position of the last go_to() [dB], at most 0: the
   /// diffraction over a rounded edge (ITU-R P.526-15, 4.1 and 4.2) at L1.
   /// @param arrival direction of arrival of the path: unit, ENU; also below the horizon
@@ -49,7 +49,7 @@ class Skyline {
 
   SkylineOptions numbers_;
   std::uint64_t root_;
-  Eigen::Vector2d place_ = Eigen::Vector2d::Zero();
+  Eigen::Vector2d position_ = Eigen::Vector2d::Zero();
   double height_m_ = 0;
   /// The numbers of an azimuth node.
   struct Node {

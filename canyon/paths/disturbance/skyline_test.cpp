@@ -92,10 +92,10 @@ double alike(Skyline& skyline, const Second& second) {
   int same = 0;
   constexpr int kPairs = 4000;
   for (int i = 0; i < kPairs; ++i) {
-    const Eigen::Vector2d place(61.0 * i, 17.0 * i);
-    skyline.go_to(place, 2);
+    const Eigen::Vector2d point(61.0 * i, 17.0 * i);
+    skyline.go_to(point, 2);
     const bool before = skyline.top_rad(0.5) > 0;
-    same += before == (second(place) > 0);
+    same += before == (second(point) > 0);
   }
   return same / double{kPairs};
 }
@@ -104,8 +104,8 @@ TEST(Skyline, IsAlikeNearby) {
   Skyline skyline(some(), 5);
   const double unlike = kShare * kShare + (1 - kShare) * (1 - kShare);
   const auto moved = [&](double east_m) {
-    return alike(skyline, [&, east_m](const Eigen::Vector2d& place) {
-      skyline.go_to(place + Eigen::Vector2d(east_m, 0), 2);
+    return alike(skyline, [&, east_m](const Eigen::Vector2d& point) {
+      skyline.go_to(point + Eigen::Vector2d(east_m, 0), 2);
       return skyline.top_rad(0.5);
     });
   };

@@ -60,11 +60,11 @@ struct Street::Frame {
   double along_m;
   double ground_m;
   const Road* road;  // null: straight on
-  Vector2d place, ahead;
+  Vector2d point, ahead;
 
   [[nodiscard]] Road::Point at(double along) const {
     if (road != nullptr) return road->at(along);
-    return {place + (along - along_m) * ahead, ahead};
+    return {point + (along - along_m) * ahead, ahead};
   }
 };
 
@@ -116,7 +116,7 @@ void Street::fill(const Frame& frame, const Row& row, std::vector<Body>& bodies)
     if (std::abs(along - frame.along_m) > kReach_m) continue;
     const Road::Point point = frame.at(along);
     body.ahead = point.ahead;
-    body.centre = point.place + row.left_m * Vector2d(-point.ahead.y(), point.ahead.x());
+    body.centre = point.point + row.left_m * Vector2d(-point.ahead.y(), point.ahead.x());
     body.bottom_m += frame.ground_m;
     body.top_m += frame.ground_m;
     bodies.push_back(body);
@@ -224,7 +224,7 @@ void Street::near(geodesy::GpsTime time, const Road* road, const Vector3d& anten
   } else {
     if (road != nullptr && road->facing() && !options_.azimuth_deg) frame.ahead = *road->facing();
     // Positions along one street have a common origin.
-    frame.along_m = frame.place.dot(frame.ahead);
+    frame.along_m = frame.point.dot(frame.ahead);
   }
   lanes(frame, bodies);
   furniture(frame, bodies);
@@ -287,16 +287,16 @@ void Streets::pass(const Vector3d& antenna, propagation::SatelliteView& view, co
 }
 
 void Streets::apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) {
-  if (arrival.placement != raytrace::Placement::Free) return;
-  const Vector3d& place = arrival.antenna_enu;
-  street_.near(antenna.time, options_.road.get(), place, options_.above_point_m, bodies_);
+  if (arrival.containment != raytrace::Containment::Free) return;
+  const Vector3d& point = arrival.antenna_enu;
+  street_.near(antenna.time, options_.road.get(), point, options_.above_point_m, bodies_);
   std::erase_if(bodies_, [&](const Body& body) {
-    return body.kind != Body::Kind::Crown && body.holds(place, kAntennaMargin_m);
+    return body.kind != Body::Kind::Crown && body.holds(point, kAntennaMargin_m);
   });
   arrival.bodies.insert(arrival.bodies.end(), bodies_.begin(), bodies_.end());
   for (propagation::SatelliteView& view : arrival.views) {
     if (view.paths.paths.empty()) continue;
-    pass(place, view, (arrival.ecef_from_enu.transpose() * view.line.direction_ecef).normalized());
+    pass(point, view, (arrival.ecef_from_enu.transpose() * view.line.direction_ecef).normalized());
   }
 }
 
@@ -315,12 +315,12 @@ constexpr double kChord_m = 5;
 
 }  // namespace
 
-void Road::add(geodesy::GpsTime time, const Eigen::Vector2d& place) {
+void Road::add(geodesy::GpsTime time, const Eigen::Vector2d& point) {
   if (!knots_.empty() && time <= knots_.back().time) return;
-  if (vertices_.empty()) vertices_.push_back({0, place});
+  if (vertices_.empty()) vertices_.push_back({0, point});
   const Vertex& last = vertices_.back();
-  const double along_m = last.along_m + (place - last.place).norm();
-  if (along_m - last.along_m >= kStep_m) vertices_.push_back({along_m, place});
+  const double along_m = last.along_m + (point - last.point).norm();
+  if (along_m - last.along_m >= kStep_m) vertices_.push_back({along_m, point});
   // A stationary vehicle keeps its position: jitter does not move the objects around it.
   knots_.push_back({time, knots_.empty() ? along_m : std::max(along_m, knots_.back().along_m)});
 }
@@ -341,19 +341,19 @@ double Road::along_m(geodesy::GpsTime time) const {
   return a.along_m + (b.along_m - a.along_m) * ((time - a.time) / (b.time - a.time));
 }
 
-Eigen::Vector2d Road::place(double along_m) const {
+Eigen::Vector2d Road::point_at(double along_m) const {
   auto b = std::lower_bound(vertices_.begin() + 1, vertices_.end() - 1, along_m,
                             [](const Vertex& vertex, double along) { return vertex.along_m < along; });
   const Vertex& a = *(b - 1);
-  return a.place + (b->place - a.place) * ((along_m - a.along_m) / (b->along_m - a.along_m));
+  return a.point + (b->point - a.point) * ((along_m - a.along_m) / (b->along_m - a.along_m));
 }
 
 Road::Point Road::at(double along_m) const {
   assert(leads());
-  Point point{place(along_m), {}};
-  point.ahead = place(along_m + kChord_m) - place(along_m - kChord_m);
+  Point point{point_at(along_m), {}};
+  point.ahead = point_at(along_m + kChord_m) - point_at(along_m - kChord_m);
   // The vehicle made a U-turn within the chord.
-  if (point.ahead.norm() < 0.1 * kChord_m) point.ahead = place(along_m + 0.5) - place(along_m - 0.5);
+  if (point.ahead.norm() < 0.1 * kChord_m) point.ahead = point_at(along_m + 0.5) - point_at(along_m - 0.5);
   const double length = point.ahead.norm();
   point.ahead = length > 0 ? Eigen::Vector2d(point.ahead / length) : Eigen::Vector2d::UnitX();
   return point;

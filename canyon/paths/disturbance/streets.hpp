@@ -20,12 +20,12 @@ class Road {
  public:
   /// A point of the route.
   struct Point {
-    Eigen::Vector2d place;
+    Eigen::Vector2d point;
     Eigen::Vector2d ahead;  ///< unit: its direction, over 10 m
   };
 
   /// Adds the vehicle's position at a time; times that are not later than the last one change nothing.
-  void add(geodesy::GpsTime time, const Eigen::Vector2d& place);
+  void add(geodesy::GpsTime time, const Eigen::Vector2d& point);
   /// Sets the vehicle's direction (unit), which is the road's until the vehicle moves.
   void face(const Eigen::Vector2d& ahead) { facing_ = ahead; }
   void clear();
@@ -41,13 +41,13 @@ class Road {
  private:
   struct Vertex {
     double along_m;
-    Eigen::Vector2d place;
+    Eigen::Vector2d point;
   };
   struct Knot {
     geodesy::GpsTime time;
     double along_m;
   };
-  [[nodiscard]] Eigen::Vector2d place(double along_m) const;
+  [[nodiscard]] Eigen::Vector2d point_at(double along_m) const;
 
   std::vector<Vertex> vertices_;  // at least kStep_m apart
   std::vector<Knot> knots_;

@@ -57,7 +57,7 @@ void epoch_of_31_satellites(benchmark::State& state) {
   double near = 0, paths = 0;
   const auto drive = [&](int k) {
     const geodesy::GpsTime time = kStart + 0.1 * (k % 10000);
-    epoch.antenna_enu.head<2>() = road->at(road->along_m(time)).place;
+    epoch.antenna_enu.head<2>() = road->at(road->along_m(time)).point;
     propagation::Arrival now = epoch;
     streets.apply({time, {}, {}}, now);
     benchmark::DoNotOptimize(now);

@@ -61,12 +61,12 @@ TEST(Road, TellsWayAndDirection) {
   EXPECT_NEAR(road.along_m(kStart + 12.5), 125, 1e-9);
   EXPECT_NEAR(road.along_m(kStart + 50.0), 400, 1e-9);
   EXPECT_NEAR(road.along_m(kStart + 1000.0), 800, 1e-9);
-  EXPECT_NEAR((road.at(125).place - Vector2d(125, 0)).norm(), 0, 1e-9);
+  EXPECT_NEAR((road.at(125).point - Vector2d(125, 0)).norm(), 0, 1e-9);
   EXPECT_NEAR((road.at(125).ahead - Vector2d(1, 0)).norm(), 0, 1e-9);
   EXPECT_NEAR((road.at(400).ahead - Vector2d(1, 1).normalized()).norm(), 0, 1e-9);
   // Straight beyond both ends.
-  EXPECT_NEAR((road.at(-50).place - Vector2d(-50, 0)).norm(), 0, 1e-9);
-  EXPECT_NEAR((road.at(850).place - Vector2d(400, 450)).norm(), 0, 1e-9);
+  EXPECT_NEAR((road.at(-50).point - Vector2d(-50, 0)).norm(), 0, 1e-9);
+  EXPECT_NEAR((road.at(850).point - Vector2d(400, 450)).norm(), 0, 1e-9);
 }
 
 TEST(Street, HasTheDensityAndTheMixThatAreAskedFor) {
@@ -138,12 +138,12 @@ TEST(Street, MovesBodiesSteadilyAndStopsThemAtRedLights) {
     std::map<std::uint64_t, Vector2d> now;
     for (const Body& body : bodies(street, kStart + kStep * k)) now[body.name] = body.centre;
     double moved = -1;
-    for (const auto& [name, place] : now) {
+    for (const auto& [name, point] : now) {
       const auto was = before.find(name);
       if (was == before.end()) continue;
-      moved = (place - was->second).norm();
+      moved = (point - was->second).norm();
       EXPECT_LE(moved, speed_mps * kStep + 1e-5);
-      EXPECT_NEAR(place.y(), was->second.y(), 1e-5);
+      EXPECT_NEAR(point.y(), was->second.y(), 1e-5);
     }
     running += moved > speed_mps * kStep - 1e-5;
     standing += moved >= 0 && moved < 1e-5;
@@ -167,7 +167,7 @@ TEST(Street, SparesTheAntennasVehicleAndOthers) {
       // At a corner lanes of both streets overlap; Streets omits bodies that contain the antenna.
       if (std::abs(road.along_m(time) - 400) < 60) continue;
       for (const Body& body : around) {
-        const Vector2d from = body.centre - own.place;
+        const Vector2d from = body.centre - own.point;
         const double ahead = std::abs(from.dot(own.ahead));
         const double aside = std::abs(own.ahead.x() * from.y() - own.ahead.y() * from.x());
         EXPECT_TRUE(ahead > 2.5 + body.half_length_m || aside > 1 + body.half_width_m);
@@ -188,21 +188,21 @@ TEST(Street, IsAFunctionOfSeedTimeAndRoad) {
   options.enabled = true;
   const Road road = corner();
   const Street one(options, 1), again(options, 1), other(options, 2);
-  const auto places = [&](const Street& street, double seconds, const Vector3d& antenna) {
+  const auto points = [&](const Street& street, double seconds, const Vector3d& antenna) {
     std::vector<double> numbers;
     for (const Body& body : bodies(street, kStart + seconds, &road, antenna)) {
       numbers.insert(numbers.end(), {body.centre.x(), body.centre.y(), body.top_m});
     }
     return numbers;
   };
-  const std::vector<double> first = places(one, 20, {200, 0, 1.8});
+  const std::vector<double> first = points(one, 20, {200, 0, 1.8});
   EXPECT_FALSE(first.empty());
-  (void)places(one, 77, {400, 70, 1.8});
-  EXPECT_EQ(places(one, 20, {200, 0, 1.8}), first);
-  EXPECT_EQ(places(again, 20, {200, 0, 1.8}), first);
+  (void)points(one, 77, {400, 70, 1.8});
+  EXPECT_EQ(points(one, 20, {200, 0, 1.8}), first);
+  EXPECT_EQ(points(again, 20, {200, 0, 1.8}), first);
   // Another receiver of the vehicle sees the same bus at the same position.
-  EXPECT_EQ(places(again, 20, {201.5, 0.7, 1.8}), first);
-  EXPECT_NE(places(other, 20, {200, 0, 1.8}), first);
+  EXPECT_EQ(points(again, 20, {201.5, 0.7, 1.8}), first);
+  EXPECT_NE(points(other, 20, {200, 0, 1.8}), first);
 }
 
 TEST(Street, HasTheFurnitureThatIsAskedFor) {

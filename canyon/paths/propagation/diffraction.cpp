@@ -72,7 +72,7 @@ struct EdgeDiffraction::Impl {
   DiffractionOptions options;
   double shadow_excess, lit_excess;  ///< largest ones with the straight line blocked, and clear
   EdgeSet city;
-  Places<NearBends> bends;
+  AntennaCache<NearBends> bends;
 
   PerInstance<EdgeSet> instances;
 
@@ -83,8 +83,8 @@ struct EdgeDiffraction::Impl {
         lit_excess(kWavelength_m * o.max_clear_nu * o.max_clear_nu / 4),
         city(mesh, o.terrain) {}
 
-  const EdgeSet& edges_of(const raytrace::PlacedInstance& placed) const {
-    return instances.of(placed, [this](const city::Mesh& mesh) {
+  const EdgeSet& edges_of(const raytrace::PosedInstance& posed) const {
+    return instances.of(posed, [this](const city::Mesh& mesh) {
       return std::make_unique<const EdgeSet>(mesh, options.terrain);
     });
   }
@@ -110,8 +110,8 @@ struct EdgeDiffraction::Impl {
   /// Appends the candidates of every edge of the movable instances.
   void find_at_instances(const Vector3d& antenna, std::span<const Vector3d> directions,
                          std::span<const bool> blocked, DiffractionScratch& s) const {
-    for (const raytrace::PlacedInstance& placed : scene->placed_instances())
-      find(edges_of(placed), placed.id, &placed.enu_from_instance, antenna, directions, blocked, s);
+    for (const raytrace::PosedInstance& posed : scene->posed_instances())
+      find(edges_of(posed), posed.id, &posed.enu_from_instance, antenna, directions, blocked, s);
   }
 
   /// Appends the candidate of an edge of the city.

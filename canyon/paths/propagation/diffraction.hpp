@@ -50,7 +50,7 @@ class EdgeDiffraction {
 
   /// Paths of satellites in the given directions (unit, ENU, antenna to satellite) at one antenna, by excess
   /// path, at most options().max_paths each; result[i] belongs to directions[i]. `blocked[i]`:
-  /// RayScene::occluded() of the straight line. Precondition: raytrace::check_place(antenna) passes.
+  /// RayScene::occluded() of the straight line. Precondition: raytrace::check_position(antenna) passes.
   ///
   /// `loss_db` is the knife edge's J (approximate_knife_edge_loss_db()) at |nu| = 2 sqrt(excess / wavelength)
   /// (signed_knife_edge_nu()): within 0.13 dB of the copolar part behind a thin, perfectly conducting

@@ -24,18 +24,18 @@ using canyon::propagation::Visibility;
 
 struct Fixture : canyon::bench::BenchScene {
   /// Whether each satellite is blocked at each point, by point and then satellite.
-  std::unique_ptr<bool[]> blocked = std::make_unique<bool[]>(sky.size() * city.places.size());
+  std::unique_ptr<bool[]> blocked = std::make_unique<bool[]>(sky.size() * city.positions.size());
 
   Fixture() {
-    for (std::size_t p = 0; p < city.places.size(); ++p) {
+    for (std::size_t p = 0; p < city.positions.size(); ++p) {
       for (std::size_t i = 0; i < sky.size(); ++i) {
         blocked[p * sky.size() + i] =
-            scene.occluded({city.places[p], sky[i]}, scene.surface_offset_m(city.places[p]));
+            scene.occluded({city.positions[p], sky[i]}, scene.surface_offset_m(city.positions[p]));
       }
     }
   }
-  [[nodiscard]] std::span<const bool> blocked_at(std::size_t place) const {
-    return {blocked.get() + place * sky.size(), sky.size()};
+  [[nodiscard]] std::span<const bool> blocked_at(std::size_t index) const {
+    return {blocked.get() + index * sky.size(), sky.size()};
   }
 };
 
@@ -48,11 +48,11 @@ void SpecularFirstOrder(benchmark::State& state) {
   const Fixture& f = fixture();
   const Propagator propagator(f.city.city.mesh, f.scene);
   std::vector<SatellitePaths> paths(f.sky.size());
-  std::size_t place = 0;
+  std::size_t index = 0;
   for (auto _ : state) {
-    propagator.trace(f.city.places[place], f.sky, paths);
+    propagator.trace(f.city.positions[index], f.sky, paths);
     benchmark::DoNotOptimize(paths.data());
-    place = (place + 1) % f.city.places.size();
+    index = (index + 1) % f.city.positions.size();
   }
 }
 BENCHMARK(SpecularFirstOrder)->Unit(benchmark::kMicrosecond);
@@ -61,18 +61,18 @@ void diffraction(benchmark::State& state, const DiffractionOptions& options) {
   const Fixture& f = fixture();
   const EdgeDiffraction finder(f.city.city.mesh, f.scene, options);
   std::vector<std::vector<DiffractedPath>> paths(f.sky.size());
-  std::size_t place = 0;
+  std::size_t index = 0;
   for (auto _ : state) {
-    finder.trace(f.city.places[place], f.sky, f.blocked_at(place), paths);
+    finder.trace(f.city.positions[index], f.sky, f.blocked_at(index), paths);
     benchmark::DoNotOptimize(paths.data());
-    place = (place + 1) % f.city.places.size();
+    index = (index + 1) % f.city.positions.size();
   }
   const Propagator propagator(f.city.city.mesh, f.scene);
   std::vector<SatellitePaths> reflected(f.sky.size());
   double hidden = 0, diffracted = 0, found = 0, near = 0, alone = 0;
-  for (std::size_t p = 0; p < f.city.places.size(); ++p) {
-    finder.trace(f.city.places[p], f.sky, f.blocked_at(p), paths);
-    propagator.trace(f.city.places[p], f.sky, reflected);
+  for (std::size_t p = 0; p < f.city.positions.size(); ++p) {
+    finder.trace(f.city.positions[p], f.sky, f.blocked_at(p), paths);
+    propagator.trace(f.city.positions[p], f.sky, reflected);
     for (std::size_t i = 0; i < f.sky.size(); ++i) {
       const bool any = !paths[i].empty();
       if (f.blocked_at(p)[i]) {
@@ -85,13 +85,13 @@ void diffraction(benchmark::State& state, const DiffractionOptions& options) {
       }
     }
   }
-  const auto places = static_cast<double>(f.city.places.size());
+  const auto points = static_cast<double>(f.city.positions.size());
   state.counters["edges"] = static_cast<double>(finder.edges().edges().size());
-  state.counters["hidden"] = hidden / places;          // satellites of an epoch
-  state.counters["diffracted"] = diffracted / places;  // of these, with a path
-  state.counters["no_reflection"] = alone / places;    // of these, without a reflection
-  state.counters["paths"] = found / places;            // of the hidden ones
-  state.counters["weakened"] = near / places;          // clear ones near an edge
+  state.counters["hidden"] = hidden / points;          // satellites of an epoch
+  state.counters["diffracted"] = diffracted / points;  // of these, with a path
+  state.counters["no_reflection"] = alone / points;    // of these, without a reflection
+  state.counters["paths"] = found / points;            // of the hidden ones
+  state.counters["weakened"] = near / points;          // clear ones near an edge
 }
 
 void Diffraction(benchmark::State& state) {

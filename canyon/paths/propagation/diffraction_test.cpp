@@ -228,9 +228,9 @@ TEST(EdgeDiffraction, TurnsWithTheScene) {
     const World world(quarter(yaw));
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(yaw, Vector3d::UnitZ()).toRotationMatrix();
     std::mt19937 random(3);
-    std::uniform_real_distribution<double> place(-8, 8), azimuth(0, 360), elevation(2, 80);
+    std::uniform_real_distribution<double> coordinate(-8, 8), azimuth(0, 360), elevation(2, 80);
     for (int i = 0; i < 100; ++i) {
-      const Vector3d antenna(place(random), place(random), 2),
+      const Vector3d antenna(coordinate(random), coordinate(random), 2),
           s = direction(azimuth(random), elevation(random));
       const auto expected = reference.trace(antenna, s), paths = world.trace(turn * antenna, turn * s);
       ASSERT_EQ(paths.size(), expected.size());
@@ -250,10 +250,10 @@ TEST(EdgeDiffraction, IsReciprocal) {
   // edge at the same point, with equal bending.
   const World world(quarter(0));
   std::mt19937 random(4);
-  std::uniform_real_distribution<double> place(-8, 8), azimuth(0, 360), elevation(2, 80);
+  std::uniform_real_distribution<double> coordinate(-8, 8), azimuth(0, 360), elevation(2, 80);
   std::size_t compared = 0;
   for (int i = 0; i < 300; ++i) {
-    const Vector3d antenna(place(random), place(random), 2),
+    const Vector3d antenna(coordinate(random), coordinate(random), 2),
         s = direction(azimuth(random), elevation(random));
     if (!world.blocked(antenna, s)) continue;
     for (const DiffractedPath& path : world.trace(antenna, s)) {
@@ -313,10 +313,10 @@ TEST(EdgeDiffraction, LegsOfRandomPathsAreClear) {
   const city::City city = city::synthetic_city({});
   const World world(city.mesh);
   std::mt19937 random(8);
-  std::uniform_real_distribution<double> place(-200, 200), azimuth(0, 360), elevation(5, 80);
+  std::uniform_real_distribution<double> coordinate(-200, 200), azimuth(0, 360), elevation(5, 80);
   std::size_t paths_found = 0, hidden = 0;
   for (int i = 0; i < 400; ++i) {
-    const Vector3d antenna(i % 2 == 0 ? place(random) : 0.3, i % 2 == 0 ? 0.3 : place(random), 2);
+    const Vector3d antenna(i % 2 == 0 ? coordinate(random) : 0.3, i % 2 == 0 ? 0.3 : coordinate(random), 2);
     const Vector3d s = direction(azimuth(random), elevation(random));
     hidden += world.blocked(antenna, s) ? 1 : 0;
     for (const DiffractedPath& path : world.trace(antenna, s)) {
@@ -360,10 +360,10 @@ TEST(EdgeDiffraction, ACutThroughAWallLetsNothingThrough) {
   append_wall_in_pieces(mesh);
   const World world(mesh);
   std::mt19937 random(2);
-  std::uniform_real_distribution<double> place(-50, 50), azimuth(-70, 70), elevation(2, 60);
+  std::uniform_real_distribution<double> coordinate(-50, 50), azimuth(-70, 70), elevation(2, 60);
   std::size_t hidden = 0;
   for (int i = 0; i < 2000; ++i) {
-    const Vector3d antenna = askew({place(random), 0, 2}),
+    const Vector3d antenna = askew({coordinate(random), 0, 2}),
                    s = askew(direction(azimuth(random), elevation(random)));
     if (!world.blocked(antenna, s)) continue;
     ++hidden;
@@ -498,10 +498,10 @@ TEST(EdgeDiffraction, KeepsTheStrongestWithinItsLimits) {
   few.max_range_m = 40;
   const World some(mesh, few);
   std::mt19937 random(6);
-  std::uniform_real_distribution<double> place(-8, 8), azimuth(0, 360), elevation(2, 80);
+  std::uniform_real_distribution<double> coordinate(-8, 8), azimuth(0, 360), elevation(2, 80);
   std::size_t kept = 0, dropped = 0;
   for (int i = 0; i < 300; ++i) {
-    const Vector3d antenna(place(random), place(random), 2),
+    const Vector3d antenna(coordinate(random), coordinate(random), 2),
         s = direction(azimuth(random), elevation(random));
     auto expected = all.trace(antenna, s);
     EXPECT_TRUE(std::is_sorted(expected.begin(), expected.end(),

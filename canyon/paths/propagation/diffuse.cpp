@@ -201,11 +201,11 @@ struct DiffuseScattering::Impl {
 
   [[nodiscard]] double reflectance_of(const raytrace::Hit& hit) const {
     if (hit.instance == 0) return city[hit.triangle];
-    const std::vector<raytrace::PlacedInstance>& placed = scene->placed_instances();
+    const std::vector<raytrace::PosedInstance>& posed = scene->posed_instances();
     const auto it =
-        std::lower_bound(placed.begin(), placed.end(), hit.instance,
-                         [](const raytrace::PlacedInstance& p, std::uint32_t id) { return p.id < id; });
-    assert(it != placed.end() && it->id == hit.instance);
+        std::lower_bound(posed.begin(), posed.end(), hit.instance,
+                         [](const raytrace::PosedInstance& p, std::uint32_t id) { return p.id < id; });
+    assert(it != posed.end() && it->id == hit.instance);
     return instances.of(*it, [this](const city::Mesh& mesh) {
       return std::make_unique<const std::vector<double>>(reflectances(mesh, options.wall_reflectance));
     })[hit.triangle];
@@ -348,7 +348,7 @@ struct DiffuseScattering::Impl {
                             const FacadeLight::Direction& grid_direction) const {
     if (patch.moves) return !scene->occluded({patch.lifted, direction});
     return facades.sees(patch.cell, grid_direction) &&
-           (scene->placed_instances().empty() || !scene->occluded_by_instances({patch.lifted, direction}));
+           (scene->posed_instances().empty() || !scene->occluded_by_instances({patch.lifted, direction}));
   }
 
   /// The result of a class: power 0 if no part of it is lit.

@@ -67,7 +67,7 @@ class DiffuseScattering {
   /// excess, at most options().max_paths each. result[i] belongs to directions[i] and is empty if not wanted.
   /// Wanted directions must be unit to 1e-6 (InputError). Buildings and vehicles scatter, terrain and foliage
   /// do not; patches must see the satellite. All spans have one length; precondition:
-  /// raytrace::check_place(antenna) passes.
+  /// raytrace::check_position(antenna) passes.
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
              std::span<const bool> wanted, std::span<std::vector<DiffusePath>> result) const;
 

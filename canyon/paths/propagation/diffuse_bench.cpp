@@ -22,21 +22,22 @@ using canyon::propagation::DiffuseScattering;
 
 struct Fixture : canyon::bench::BenchScene {
   /// Marks the blocked satellites of each point, at most twenty; by point and then satellite.
-  std::unique_ptr<bool[]> wanted = std::make_unique<bool[]>(sky.size() * city.places.size());
-  double wanted_per_place = 0;
+  std::unique_ptr<bool[]> wanted = std::make_unique<bool[]>(sky.size() * city.positions.size());
+  double wanted_per_point = 0;
 
   Fixture() {
-    for (std::size_t p = 0; p < city.places.size(); ++p) {
+    for (std::size_t p = 0; p < city.positions.size(); ++p) {
       int hidden = 0;
       for (std::size_t i = 0; i < sky.size(); ++i) {
-        const bool blocked = scene.occluded({city.places[p], sky[i]}, scene.surface_offset_m(city.places[p]));
+        const bool blocked =
+            scene.occluded({city.positions[p], sky[i]}, scene.surface_offset_m(city.positions[p]));
         wanted[p * sky.size() + i] = blocked && ++hidden <= 20;
       }
-      wanted_per_place += std::min(hidden, 20) / static_cast<double>(city.places.size());
+      wanted_per_point += std::min(hidden, 20) / static_cast<double>(city.positions.size());
     }
   }
-  [[nodiscard]] std::span<const bool> wanted_at(std::size_t place) const {
-    return {wanted.get() + place * sky.size(), sky.size()};
+  [[nodiscard]] std::span<const bool> wanted_at(std::size_t index) const {
+    return {wanted.get() + index * sky.size(), sky.size()};
   }
 };
 
@@ -59,8 +60,8 @@ std::vector<Total> totals(DiffuseOptions options) {
   const DiffuseScattering scattering(f.city.city.mesh, f.scene, options);
   std::vector<std::vector<DiffusePath>> paths(f.sky.size());
   std::vector<Total> result;
-  for (std::size_t p = 0; p < f.city.places.size(); p += 20) {
-    scattering.trace(f.city.places[p], f.sky, f.wanted_at(p), paths);
+  for (std::size_t p = 0; p < f.city.positions.size(); p += 20) {
+    scattering.trace(f.city.positions[p], f.sky, f.wanted_at(p), paths);
     for (std::size_t i = 0; i < f.sky.size(); ++i) {
       if (!f.wanted_at(p)[i]) continue;
       Total& total = result.emplace_back();
@@ -80,24 +81,24 @@ void diffuse(benchmark::State& state) {
   options.rays = static_cast<int>(state.range(0));
   const DiffuseScattering scattering(f.city.city.mesh, f.scene, options);
   std::vector<std::vector<DiffusePath>> paths(f.sky.size());
-  std::size_t place = 0;
+  std::size_t index = 0;
   for (auto _ : state) {
-    scattering.trace(f.city.places[place], f.sky, f.wanted_at(place), paths);
+    scattering.trace(f.city.positions[index], f.sky, f.wanted_at(index), paths);
     benchmark::DoNotOptimize(paths.data());
-    place = (place + 1) % f.city.places.size();
+    index = (index + 1) % f.city.positions.size();
   }
   double with = 0, found = 0;
-  for (std::size_t p = 0; p < f.city.places.size(); ++p) {
-    scattering.trace(f.city.places[p], f.sky, f.wanted_at(p), paths);
+  for (std::size_t p = 0; p < f.city.positions.size(); ++p) {
+    scattering.trace(f.city.positions[p], f.sky, f.wanted_at(p), paths);
     for (const auto& one : paths) {
       with += one.empty() ? 0 : 1;
       found += static_cast<double>(one.size());
     }
   }
-  const auto places = static_cast<double>(f.city.places.size());
-  state.counters["wanted"] = f.wanted_per_place;  // satellites of an epoch
-  state.counters["with"] = with / places;         // of these, with a path
-  state.counters["paths"] = found / places;
+  const auto points = static_cast<double>(f.city.positions.size());
+  state.counters["wanted"] = f.wanted_per_point;  // satellites of an epoch
+  state.counters["with"] = with / points;         // of these, with a path
+  state.counters["paths"] = found / points;
 
   // Against 4096 rays, of the satellites whose total is above -35 dB with these: quantiles of the error of
   // the total power and of the mean excess.

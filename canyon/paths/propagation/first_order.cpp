@@ -17,19 +17,19 @@ constexpr double kNearby_m = 8;
 }  // namespace
 
 std::span<const FirstOrderSearch::Found> FirstOrderSearch::trace(const raytrace::RayScene& scene,
-                                                                 std::span<const PlacedFacets> sets,
+                                                                 std::span<const PosedFacets> sets,
                                                                  const Vector3d& antenna,
                                                                  std::span<const Vector3d> directions,
                                                                  const ReflectionLimits& limits, Kept* kept) {
   found_.clear();
-  for (const PlacedFacets& set : sets) find(scene, set, antenna, directions, limits, kept);
+  for (const PosedFacets& set : sets) find(scene, set, antenna, directions, limits, kept);
   sort_and_drop_doubles();
   keep_clear(scene, antenna, directions);
   return found_;
 }
 
 /// The facets of a set near an antenna in its frame.
-const NearFacets& FirstOrderSearch::gather(const PlacedFacets& set, const Vector3d& here, double reach_m,
+const NearFacets& FirstOrderSearch::gather(const PosedFacets& set, const Vector3d& here, double reach_m,
                                            Kept* kept) {
   if (kept != nullptr && set.pose.is_own()) {
     // An antenna that hardly moved is expected to continue like that.
@@ -46,7 +46,7 @@ const NearFacets& FirstOrderSearch::gather(const PlacedFacets& set, const Vector
 }
 
 /// Appends the image construction's paths for every facet of one set.
-void FirstOrderSearch::find(const raytrace::RayScene& scene, const PlacedFacets& set, const Vector3d& antenna,
+void FirstOrderSearch::find(const raytrace::RayScene& scene, const PosedFacets& set, const Vector3d& antenna,
                             std::span<const Vector3d> directions, const ReflectionLimits& limits,
                             Kept* kept) {
   const SetPose& pose = set.pose;
@@ -97,10 +97,10 @@ void FirstOrderSearch::sort_and_drop_doubles() {
     return std::tie(a.satellite, a.path.excess_m, a.path.instance, a.path.triangle) <
            std::tie(b.satellite, b.path.excess_m, b.path.instance, b.path.triangle);
   });
-  drop_doubles(found_, 2 * kSamePlace, [](const Found& a, const Found& b) {
+  drop_doubles(found_, 2 * kCoincidentPoint, [](const Found& a, const Found& b) {
     const Vector3d apart = b.path.point - a.path.point;
-    const double along = kSamePlace / std::min(a.cosine, b.cosine);
-    return apart.squaredNorm() < along * along && std::abs(apart.dot(a.normal)) < kSamePlace &&
+    const double along = kCoincidentPoint / std::min(a.cosine, b.cosine);
+    return apart.squaredNorm() < along * along && std::abs(apart.dot(a.normal)) < kCoincidentPoint &&
            a.normal.dot(b.normal) > kSameNormal;
   });
 }

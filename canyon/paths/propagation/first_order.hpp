@@ -34,7 +34,7 @@ class FirstOrderSearch {
   /// All first-order paths to `directions`, by satellite and excess path; valid until the next call. The
   /// first of `sets` is the city, in its own frame; only facets, instances and poses are used. @param kept
   /// cache for this antenna; null: no cache
-  std::span<const Found> trace(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
+  std::span<const Found> trace(const raytrace::RayScene& scene, std::span<const PosedFacets> sets,
                                const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
                                const ReflectionLimits& limits, Kept* kept);
 
@@ -42,8 +42,8 @@ class FirstOrderSearch {
   [[nodiscard]] const FacingFacets& facing_of_city() const { return facing_of_city_; }
 
  private:
-  const NearFacets& gather(const PlacedFacets& set, const Eigen::Vector3d& here, double reach_m, Kept* kept);
-  void find(const raytrace::RayScene& scene, const PlacedFacets& set, const Eigen::Vector3d& antenna,
+  const NearFacets& gather(const PosedFacets& set, const Eigen::Vector3d& here, double reach_m, Kept* kept);
+  void find(const raytrace::RayScene& scene, const PosedFacets& set, const Eigen::Vector3d& antenna,
             std::span<const Eigen::Vector3d> directions, const ReflectionLimits& limits, Kept* kept);
   void sort_and_drop_doubles();
   void keep_clear(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna,

@@ -88,7 +88,7 @@ bool Body::holds(const Eigen::Vector3d& point, double margin_m) const {
          (grounded || point.z() > bottom_m - margin_m);
 }
 
-Body body_of(const raytrace::PlacedInstance& instance) {
+Body body_of(const raytrace::PosedInstance& instance) {
   const Eigen::Matrix3d rotation = instance.enu_from_instance.linear();
   const Eigen::Vector3d centre = instance.enu_from_instance * instance.bounds.center();
   Body body;

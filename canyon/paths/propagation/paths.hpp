@@ -176,7 +176,7 @@ struct SatellitePaths {
 /// Reflections of one satellite are one if their planes differ by less than this [m] and 1 deg: common walls
 /// of two buildings are often not drawn in exactly the same plane. Points along the planes then differ by
 /// this over the cosine of incidence.
-inline constexpr double kSamePlace = 2e-3;
+inline constexpr double kCoincidentPoint = 2e-3;
 inline const double kSameNormal = std::cos(geodesy::radians(1));
 
 /// Distribution of an unwanted wave's power over frequencies.
@@ -229,7 +229,7 @@ struct Body {
 };
 
 /// The upright bounding box of a movable mesh, rotated with it.
-[[nodiscard]] Body body_of(const raytrace::PlacedInstance& instance);
+[[nodiscard]] Body body_of(const raytrace::PosedInstance& instance);
 
 /// "vehicle", "structure", "crown".
 [[nodiscard]] std::string_view name(Body::Kind kind);
@@ -262,7 +262,7 @@ struct SatelliteView {
 
 /// Everything that arrives at an antenna at one instant.
 struct Arrival {
-  raytrace::Placement placement = raytrace::Placement::Free;  ///< anything else: nothing is received
+  raytrace::Containment containment = raytrace::Containment::Free;  ///< anything else: nothing is received
   std::vector<SatelliteView> views;  ///< satellites above the horizon, ascending by id
   /// Rotation of the frame that the views' paths are given in.
   Eigen::Matrix3d ecef_from_enu = Eigen::Matrix3d::Identity();

@@ -88,7 +88,7 @@ struct Prepared {
 };
 
 /// A prepared mesh at its pose.
-struct PlacedSet {
+struct PosedSet {
   const Prepared* prepared;
   raytrace::InstanceId instance;
   SetPose pose;
@@ -100,8 +100,8 @@ struct PropagationScratch {
   Flags blocked, wanted;
   std::vector<double> foliage_m;
   std::vector<RangeInterval> inside;
-  std::vector<PlacedSet> sets;
-  std::vector<PlacedFacets> placed;
+  std::vector<PosedSet> sets;
+  std::vector<PosedFacets> posed;
   FirstOrderSearch first_order;
   SecondOrderSearch second_order;
   std::vector<std::vector<DiffractedPath>> diffracted;
@@ -111,7 +111,7 @@ struct PropagationScratch {
   [[nodiscard]] const Prepared& prepared(raytrace::InstanceId instance) const {
     const auto found =
         std::lower_bound(sets.begin(), sets.end(), instance,
-                         [](const PlacedSet& set, raytrace::InstanceId id) { return set.instance < id; });
+                         [](const PosedSet& set, raytrace::InstanceId id) { return set.instance < id; });
     assert(found != sets.end() && found->instance == instance);
     return *found->prepared;
   }
@@ -219,7 +219,7 @@ struct Propagator::Impl {
     FirstOrderSearch::Kept facets;
     NearPairs pairs;
   };
-  Places<About> places;
+  AntennaCache<About> cache;
 
   PerInstance<Prepared> instances;
 
@@ -239,13 +239,13 @@ struct Propagator::Impl {
         city(mesh, o) {}
 
   /// Lists the city and the instances at their poses, by id.
-  void place(PropagationScratch& s) const {
+  void update_instances(PropagationScratch& s) const {
     s.sets.clear();
     s.sets.push_back({&city, 0, nullptr});
-    for (const raytrace::PlacedInstance& placed : scene->placed_instances()) {
+    for (const raytrace::PosedInstance& posed : scene->posed_instances()) {
       const Prepared& prepared = instances.of(
-          placed, [this](const city::Mesh& mesh) { return std::make_unique<const Prepared>(mesh, options); });
-      s.sets.push_back({&prepared, placed.id, &placed.enu_from_instance});
+          posed, [this](const city::Mesh& mesh) { return std::make_unique<const Prepared>(mesh, options); });
+      s.sets.push_back({&prepared, posed.id, &posed.enu_from_instance});
     }
   }
 
@@ -262,7 +262,7 @@ struct Propagator::Impl {
                                  : from + std::max(step, scene->surface_offset_m(antenna + from * direction));
     }
     s.inside.clear();
-    for (const PlacedSet& set : s.sets) {
+    for (const PosedSet& set : s.sets) {
       if (set.prepared->foliage.empty()) continue;
       set.prepared->foliage.append_inside(set.pose.moved_back(antenna), set.pose.turned_back(direction),
                                           s.inside);
@@ -274,7 +274,7 @@ struct Propagator::Impl {
   void look_through_foliage(const Vector3d& antenna, std::span<const Vector3d> directions,
                             std::span<bool> blocked, PropagationScratch& s) const {
     const bool any = std::any_of(s.sets.begin(), s.sets.end(),
-                                 [](const PlacedSet& set) { return !set.prepared->foliage.empty(); });
+                                 [](const PosedSet& set) { return !set.prepared->foliage.empty(); });
     if (!any) return;
     for (std::size_t i = 0; i < directions.size(); ++i) {
       if (!blocked[i]) continue;
@@ -296,7 +296,7 @@ struct Propagator::Impl {
   /// Fills `result` with the direct paths; returns the satellites without one.
   std::span<bool> look(const Vector3d& antenna, std::span<const Vector3d> directions, PropagationScratch& s,
                        std::span<SatellitePaths> result) const {
-    raytrace::check_place(antenna, "the antenna's position");
+    raytrace::check_position(antenna, "the antenna's position");
     s.rays.clear();
     for (const Vector3d& direction : directions) {
       assert(std::abs(direction.squaredNorm() - 1) < 1e-6);
@@ -305,7 +305,7 @@ struct Propagator::Impl {
     const std::span<bool> blocked = s.blocked.resize(directions.size());
     scene->occluded(s.rays, blocked, scene->surface_offset_m(antenna));
     s.foliage_m.assign(directions.size(), 0);
-    place(s);
+    update_instances(s);
     if (options.model == Model::Specular && options.through_foliage)
       look_through_foliage(antenna, directions, blocked, s);
     for (std::size_t i = 0; i < directions.size(); ++i) {
@@ -324,18 +324,18 @@ struct Propagator::Impl {
   }
 
   void add_reflections(const Vector3d& antenna, std::span<const Vector3d> directions, int order,
-                       PropagationScratch& s, std::span<SatellitePaths> result, TracedPlace* place) const {
-    s.placed.clear();
-    for (const PlacedSet& set : s.sets) {
+                       PropagationScratch& s, std::span<SatellitePaths> result, TracedPoint* traced) const {
+    s.posed.clear();
+    for (const PosedSet& set : s.sets) {
       const Prepared& of = *set.prepared;
-      s.placed.push_back({&of.facets, &of.beams, &of.occluders, set.instance, set.pose});
+      s.posed.push_back({&of.facets, &of.beams, &of.occluders, set.instance, set.pose});
     }
     const ReflectionLimits limits{options.max_range_m,
                                   std::max(kMinCosine, std::cos(options.max_incidence_rad)),
                                   2 * scene->surface_offset_m(antenna)};
-    const auto lease = places.about(antenna);
+    const auto lease = cache.about(antenna);
     About* about = lease.get();
-    for (const auto& found : s.first_order.trace(*scene, s.placed, antenna, directions, limits,
+    for (const auto& found : s.first_order.trace(*scene, s.posed, antenna, directions, limits,
                                                  about != nullptr ? &about->facets : nullptr)) {
       Path& path = result[found.satellite].paths.emplace_back(found.path);
       path.arrival_elevation_rad = elevation_rad(path.arrival);
@@ -344,7 +344,7 @@ struct Propagator::Impl {
     }
     if (order < 2) return;
     for (const auto& found :
-         s.second_order.trace(*scene, s.placed, antenna, directions, limits, s.first_order.facing_of_city(),
+         s.second_order.trace(*scene, s.posed, antenna, directions, limits, s.first_order.facing_of_city(),
                               about != nullptr ? &about->pairs : nullptr)) {
       Path& path = result[found.satellite].paths.emplace_back(found.path);
       path.arrival_elevation_rad = elevation_rad(path.arrival);
@@ -353,14 +353,14 @@ struct Propagator::Impl {
       path.incidences[1].plane_turn_rad =
           plane_turn_rad((path.point - path.far_point).normalized(), found.far_normal, found.normal);
       add_glint(path);
-      if (place != nullptr) place->far.push_back({found.satellite, path, found.normal, found.far_normal});
+      if (traced != nullptr) traced->far.push_back({found.satellite, path, found.normal, found.far_normal});
     }
   }
 
   void add_diffraction(const Vector3d& antenna, std::span<const Vector3d> directions,
                        std::span<const bool> blocked, PropagationScratch& s,
                        const std::span<const KnownEdge>* only, std::span<SatellitePaths> result,
-                       TracedPlace* place) const {
+                       TracedPoint* traced) const {
     const auto found = lists(s.diffracted, directions.size());
     if (only != nullptr)
       diffraction->retrace(antenna, directions, blocked, *only, found);
@@ -375,14 +375,14 @@ struct Propagator::Impl {
         path.edge_bending_rad = around.bending_rad;
         path.edge_leg_m = around.leg_m;
         add_glint(path);
-        if (place != nullptr && around.instance == 0)
-          place->edges.push_back({static_cast<std::uint32_t>(i), around.edge});
+        if (traced != nullptr && around.instance == 0)
+          traced->edges.push_back({static_cast<std::uint32_t>(i), around.edge});
       }
     }
   }
 
   void add_diffuse(const Vector3d& antenna, std::span<const Vector3d> directions, PropagationScratch& s,
-                   std::span<SatellitePaths> result, TracedPlace* place) const {
+                   std::span<SatellitePaths> result, TracedPoint* traced) const {
     const auto found = lists(s.diffuse, directions.size());
     const std::span<bool> wanted = s.wanted.resize(directions.size());
     std::fill(wanted.begin(), wanted.end(), true);
@@ -390,7 +390,7 @@ struct Propagator::Impl {
     for (std::size_t i = 0; i < directions.size(); ++i) {
       for (const DiffusePath& scattered : found[i]) {
         append_scattered(result[i], scattered);
-        if (place != nullptr) place->scattered.push_back({static_cast<std::uint32_t>(i), scattered});
+        if (traced != nullptr) traced->scattered.push_back({static_cast<std::uint32_t>(i), scattered});
       }
     }
   }
@@ -430,11 +430,11 @@ struct Propagator::Impl {
   }
 
   /// The instances, by id, that may affect paths to the antenna.
-  [[nodiscard]] std::vector<raytrace::PlacedInstance> instances_about(const Vector3d& antenna) const {
+  [[nodiscard]] std::vector<raytrace::PosedInstance> instances_about(const Vector3d& antenna) const {
     const double reach_m =
         std::max({options.max_range_m, options.edges.max_range_m, options.scattering.max_range_m});
-    std::vector<raytrace::PlacedInstance> result = scene->placed_instances();
-    std::erase_if(result, [&](const raytrace::PlacedInstance& each) {
+    std::vector<raytrace::PosedInstance> result = scene->posed_instances();
+    std::erase_if(result, [&](const raytrace::PosedInstance& each) {
       const double far_m = (each.enu_from_instance * each.bounds.center() - antenna).norm();
       return far_m - each.bounds.diagonal().norm() / 2 > reach_m;
     });
@@ -484,23 +484,23 @@ const PropagationOptions& Propagator::options() const {
 }
 
 void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> directions,
-                       std::span<SatellitePaths> result, TracedPlace* place) const {
+                       std::span<SatellitePaths> result, TracedPoint* traced) const {
   assert(directions.size() == result.size());
   const Impl& impl = *impl_;
   const int order = impl.options.reflection_order;
   PropagationScratch& s = propagation_scratch();
   const std::span<SatellitePaths> found = lists(s.paths, directions.size());
-  if (place != nullptr)
-    *place = {antenna, {directions.begin(), directions.end()}, {}, {}, {}, impl.instances_about(antenna)};
+  if (traced != nullptr)
+    *traced = {antenna, {directions.begin(), directions.end()}, {}, {}, {}, impl.instances_about(antenna)};
   const std::span<bool> blocked = impl.look(antenna, directions, s, found);
   if (impl.options.model != Model::Specular) {
     impl.trace_mirror(antenna, directions, blocked, s, found);
   } else {
-    if (order > 0) impl.add_reflections(antenna, directions, order, s, found, place);
-    if (impl.diffraction) impl.add_diffraction(antenna, directions, blocked, s, nullptr, found, place);
-    if (impl.diffuse) impl.add_diffuse(antenna, directions, s, found, place);
+    if (order > 0) impl.add_reflections(antenna, directions, order, s, found, traced);
+    if (impl.diffraction) impl.add_diffraction(antenna, directions, blocked, s, nullptr, found, traced);
+    if (impl.diffuse) impl.add_diffuse(antenna, directions, s, found, traced);
   }
-  if (place != nullptr) place->scattered.shrink_to_fit();
+  if (traced != nullptr) traced->scattered.shrink_to_fit();
   take(found, result);
 }
 
@@ -510,28 +510,28 @@ void Propagator::trace_near(const Vector3d& antenna, std::span<const Vector3d> d
 }
 
 bool Propagator::retrace(const Vector3d& antenna, std::span<const Vector3d> directions,
-                         const TracedPlace& place, std::span<SatellitePaths> result) const {
-  if (directions.size() != place.directions.size()) return false;
+                         const TracedPoint& traced, std::span<SatellitePaths> result) const {
+  if (directions.size() != traced.directions.size()) return false;
   for (std::size_t i = 0; i < directions.size(); ++i)
-    if ((directions[i] - place.directions[i]).squaredNorm() > kSameSatellite * kSameSatellite) return false;
-  const auto stands = [](const raytrace::PlacedInstance& a, const raytrace::PlacedInstance& b) {
+    if ((directions[i] - traced.directions[i]).squaredNorm() > kSameSatellite * kSameSatellite) return false;
+  const auto stands = [](const raytrace::PosedInstance& a, const raytrace::PosedInstance& b) {
     constexpr double kMoved_m = 0.01, kTurned = 2e-3;
     const Eigen::Isometry3d &from = a.enu_from_instance, &to = b.enu_from_instance;
     return a.id == b.id && (from.translation() - to.translation()).norm() < kMoved_m &&
            (from.linear() - to.linear()).norm() < kTurned && a.bounds.isApprox(b.bounds);
   };
-  const std::vector<raytrace::PlacedInstance> now = impl_->instances_about(place.antenna);
-  if (!std::equal(now.begin(), now.end(), place.instances.begin(), place.instances.end(), stands))
+  const std::vector<raytrace::PosedInstance> now = impl_->instances_about(traced.antenna);
+  if (!std::equal(now.begin(), now.end(), traced.instances.begin(), traced.instances.end(), stands))
     return false;
-  const std::span<SatellitePaths> found = impl_->trace_near(antenna, directions, place.edges);
-  for (const FarPath& far : place.far) {
+  const std::span<SatellitePaths> found = impl_->trace_near(antenna, directions, traced.edges);
+  for (const FarPath& far : traced.far) {
     const auto path =
-        far.seen_from(antenna, directions[far.satellite], place.antenna, place.directions[far.satellite]);
+        far.seen_from(antenna, directions[far.satellite], traced.antenna, traced.directions[far.satellite]);
     if (path) found[far.satellite].paths.push_back(*path);
   }
-  for (const FarScatter& far : place.scattered) {
+  for (const FarScatter& far : traced.scattered) {
     const auto path =
-        far.seen_from(antenna, directions[far.satellite], place.antenna, place.directions[far.satellite]);
+        far.seen_from(antenna, directions[far.satellite], traced.antenna, traced.directions[far.satellite]);
     if (path) append_scattered(found[far.satellite], *path);
   }
   take(found, result);

@@ -49,13 +49,13 @@ struct FarScatter {
 };
 
 /// Paths found at one point, for antennas near it (Propagator::retrace()).
-struct TracedPlace {
+struct TracedPoint {
   Eigen::Vector3d antenna = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3d> directions;  ///< of the satellites, unit, ENU; empty: nothing was traced
   std::vector<KnownEdge> edges;             ///< of the city that diffract signals here
   std::vector<FarPath> far;
   std::vector<FarScatter> scattered;
-  std::vector<raytrace::PlacedInstance> instances;  ///< in reach; their meshes are not used
+  std::vector<raytrace::PosedInstance> instances;  ///< in reach; their meshes are not used
 };
 
 /// Traces satellites at points in a city. Const, thread-safe; facets are prepared once, and copies share
@@ -111,7 +111,7 @@ class Propagator {
   /// @param place gets the far paths and edges that are valid for antennas near this one (retrace()); null:
   /// not needed
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
-             std::span<SatellitePaths> result, TracedPlace* place = nullptr) const;
+             std::span<SatellitePaths> result, TracedPoint* traced = nullptr) const;
 
   /// The paths of trace() that change from step to step: direct ones, reflections of the first order, and
   /// those around the edges in `edges` (nearby points mostly have the same edges). Each path is as in
@@ -121,7 +121,7 @@ class Propagator {
   /// As trace_near(), plus the far paths of a nearby point (FarPath::seen_from()). Returns false and does
   /// nothing if its satellites differ, or an instance in reach has moved.
   [[nodiscard]] bool retrace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
-                             const TracedPlace& place, std::span<SatellitePaths> result) const;
+                             const TracedPoint& traced, std::span<SatellitePaths> result) const;
   /// Whether retrace() may be called and costs less than trace().
   [[nodiscard]] bool has_far_paths() const;
 

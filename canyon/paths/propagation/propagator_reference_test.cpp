@@ -57,7 +57,7 @@ struct Agreement {
   int satellites = 0, direct = 0, reflections = 0, different = 0;
 };
 
-Agreement compare(const Mesh& mesh, const std::vector<Vector3d>& places, int satellites, unsigned seed) {
+Agreement compare(const Mesh& mesh, const std::vector<Vector3d>& points, int satellites, unsigned seed) {
   const raytrace::RayScene scene(mesh);
   const Propagator propagator(mesh, scene);
   const Reference reference(mesh);
@@ -66,7 +66,7 @@ Agreement compare(const Mesh& mesh, const std::vector<Vector3d>& places, int sat
   Agreement agreement;
   std::vector<Vector3d> sky(static_cast<std::size_t>(satellites));
   std::vector<SatellitePaths> result(sky.size());
-  for (const Vector3d& antenna : places) {
+  for (const Vector3d& antenna : points) {
     for (Vector3d& s : sky) s = geodesy::enu_from_azimuth_elevation(azimuth(random), elevation(random));
     propagator.trace(antenna, sky, result);
     for (std::size_t i = 0; i < sky.size(); ++i) {
@@ -98,12 +98,12 @@ TEST(PropagatorReference, FindsThePathsOfThePlainImplementationInTheSyntheticCit
   const Mesh mesh = city::synthetic_city(options).mesh;
   std::mt19937_64 random(21);
   std::uniform_real_distribution<double> along(-140, 140), across(-6, 6), up(1, 30);
-  std::vector<Vector3d> places;
+  std::vector<Vector3d> points;
   for (int i = 0; i < 100; ++i) {
-    places.emplace_back(along(random), across(random), up(random));
-    places.emplace_back(across(random), along(random), up(random));
+    points.emplace_back(along(random), across(random), up(random));
+    points.emplace_back(across(random), along(random), up(random));
   }
-  const Agreement agreement = compare(mesh, places, 40, 22);
+  const Agreement agreement = compare(mesh, points, 40, 22);
   EXPECT_EQ(agreement.different, 0) << "of " << agreement.satellites;
   EXPECT_GT(agreement.reflections, 1'000);
   RecordProperty("satellites", agreement.satellites);
@@ -122,14 +122,15 @@ TEST(PropagatorReference, FindsThePathsOfThePlainImplementationInHongKong) {
   const raytrace::RayScene scene(mesh);
   std::mt19937_64 random(23);
   std::uniform_real_distribution<double> x(-500, 500);
-  std::vector<Vector3d> places;
-  while (places.size() < 100) {
-    const Vector3d place(x(random), x(random), 2);
-    if (scene.terrain_height(place.x(), place.y()) && scene.placement(place) == raytrace::Placement::Free) {
-      places.push_back(place);
+  std::vector<Vector3d> points;
+  while (points.size() < 100) {
+    const Vector3d point(x(random), x(random), 2);
+    if (scene.terrain_height(point.x(), point.y()) &&
+        scene.containment(point) == raytrace::Containment::Free) {
+      points.push_back(point);
     }
   }
-  const Agreement agreement = compare(mesh, places, 20, 24);
+  const Agreement agreement = compare(mesh, points, 20, 24);
   EXPECT_LT(agreement.different, agreement.satellites / 200) << "of " << agreement.satellites;
   EXPECT_GT(agreement.reflections, 100);
   RecordProperty("satellites", agreement.satellites);

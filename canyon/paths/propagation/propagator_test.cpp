@@ -386,10 +386,10 @@ TEST(OneWall, IsReciprocal) {
   const World world(mesh);
   const auto wall_normal = Eigen::AngleAxisd(0.2, Vector3d::UnitZ()) * -Vector3d::UnitY();
   std::mt19937_64 random(2);
-  std::uniform_real_distribution<double> azimuth(100, 260), elevation(5, 70), place(-8, 8);
+  std::uniform_real_distribution<double> azimuth(100, 260), elevation(5, 70), update_instances(-8, 8);
   int paths_seen = 0;
   for (int i = 0; i < 500; ++i) {
-    const Vector3d antenna(place(random), place(random) - 15, 2),
+    const Vector3d antenna(update_instances(random), update_instances(random) - 15, 2),
         s = direction(azimuth(random), elevation(random));
     for (const Path& path : world.trace(antenna, s).paths) {
       if (path.kind == PathKind::Direct) continue;
@@ -770,20 +770,20 @@ TEST(Propagator, AnswersAlikeForOneAndForManyAndOnThreads) {
   world.scene.commit();
   std::mt19937_64 random(4);
   std::uniform_real_distribution<double> along(-150, 150), azimuth(0, 360), elevation(5, 85);
-  std::vector<Vector3d> sky, places;
+  std::vector<Vector3d> sky, points;
   for (int i = 0; i < 40; ++i) sky.push_back(direction(azimuth(random), elevation(random)));
-  for (int i = 0; i < 60; ++i) places.emplace_back(along(random), 0.5, 2);
-  std::vector<std::vector<SatellitePaths>> alone(places.size(), std::vector<SatellitePaths>(sky.size()));
-  for (std::size_t p = 0; p < places.size(); ++p) {
-    for (std::size_t i = 0; i < sky.size(); ++i) alone[p][i] = world.trace(places[p], sky[i]);
+  for (int i = 0; i < 60; ++i) points.emplace_back(along(random), 0.5, 2);
+  std::vector<std::vector<SatellitePaths>> alone(points.size(), std::vector<SatellitePaths>(sky.size()));
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    for (std::size_t i = 0; i < sky.size(); ++i) alone[p][i] = world.trace(points[p], sky[i]);
   }
   std::array<int, 3> wrong{};
   std::vector<std::thread> threads;
   for (std::size_t t = 0; t < wrong.size(); ++t) {
     threads.emplace_back([&, t] {
       std::vector<SatellitePaths> result(sky.size());
-      for (std::size_t p = 0; p < places.size(); ++p) {
-        world.propagator.trace(places[p], sky, result);
+      for (std::size_t p = 0; p < points.size(); ++p) {
+        world.propagator.trace(points[p], sky, result);
         for (std::size_t i = 0; i < sky.size(); ++i) {
           const SatellitePaths &a = alone[p][i], &b = result[i];
           bool same = a.visibility == b.visibility && a.paths.size() == b.paths.size();

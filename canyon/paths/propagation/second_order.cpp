@@ -39,7 +39,7 @@ bool meets(const Beam& beam, const Vector3d& centre, double radius) {
 
 /// A facet next to the antenna, with the image of the antenna in it. In ENU except `facet`.
 struct SecondOrderSearch::Near {
-  const PlacedFacets* set;
+  const PosedFacets* set;
   std::size_t set_index;
   const Facet* facet;
   Vector3d normal;
@@ -49,7 +49,7 @@ struct SecondOrderSearch::Near {
 };
 
 std::span<const SecondOrderSearch::Found> SecondOrderSearch::trace(
-    const raytrace::RayScene& scene, std::span<const PlacedFacets> sets, const Vector3d& antenna,
+    const raytrace::RayScene& scene, std::span<const PosedFacets> sets, const Vector3d& antenna,
     std::span<const Vector3d> directions, const ReflectionLimits& limits, const FacingFacets& facing_of_city,
     NearPairs* pairs) {
   found_.clear();
@@ -62,7 +62,7 @@ std::span<const SecondOrderSearch::Found> SecondOrderSearch::trace(
   return found_;
 }
 
-void SecondOrderSearch::prepare(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
+void SecondOrderSearch::prepare(const raytrace::RayScene& scene, std::span<const PosedFacets> sets,
                                 const Vector3d& antenna, std::span<const Vector3d> directions,
                                 const ReflectionLimits& limits) {
   bins_.build(directions);
@@ -71,7 +71,7 @@ void SecondOrderSearch::prepare(const raytrace::RayScene& scene, std::span<const
   hidden_regions_.clear();
   if (around_.size() < sets.size()) around_.resize(sets.size());
   for (std::size_t i = 0; i < sets.size(); ++i) {
-    const PlacedFacets& set = sets[i];
+    const PosedFacets& set = sets[i];
     Around& around = around_[i];
     around.centre = set.pose.moved(set.beams->centre());
     const double radius = set.beams->radius(), distance = (around.centre - antenna).norm();
@@ -90,10 +90,10 @@ void SecondOrderSearch::prepare(const raytrace::RayScene& scene, std::span<const
 }
 
 /// Appends the paths of all pairs whose facet next to the antenna is of one set.
-void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
+void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<const PosedFacets> sets,
                                    std::size_t near_set, const Vector3d& antenna,
                                    std::span<const Vector3d> directions, const ReflectionLimits& limits) {
-  const PlacedFacets& set = sets[near_set];
+  const PosedFacets& set = sets[near_set];
   if (!around_[near_set].in_reach || around_[near_set].hidden) return;
   const Vector3d here = set.pose.moved_back(antenna);
   if (near_set == 0) {
@@ -134,9 +134,9 @@ void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<co
 
 /// Appends the paths of one facet next to the antenna and all facets of one set next to the satellites.
 void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& near,
-                                 std::span<const PlacedFacets> sets, std::size_t far_set,
+                                 std::span<const PosedFacets> sets, std::size_t far_set,
                                  std::span<const Vector3d> directions, const ReflectionLimits& limits) {
-  const PlacedFacets& set = sets[far_set];
+  const PosedFacets& set = sets[far_set];
   Around& around = around_[far_set];
   const SetPose& pose = set.pose;
   if (!pose.is_own() && !meets(near.beam, around.centre, set.beams->radius() + 1e-3)) return;
@@ -150,7 +150,7 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
 }
 
 /// Appends the paths of one facet next to the antenna and facets of one set in directions that may fit.
-void SecondOrderSearch::reflect(const raytrace::RayScene& scene, const Near& near, const PlacedFacets& set,
+void SecondOrderSearch::reflect(const raytrace::RayScene& scene, const Near& near, const PosedFacets& set,
                                 std::span<const BeamIndex::Match> matches,
                                 std::span<const Vector3d> directions, const ReflectionLimits& limits) {
   const SetPose& pose = set.pose;
@@ -245,23 +245,23 @@ void SecondOrderSearch::sort_and_drop_doubles(const Vector3d& antenna) {
                     f.path.far_triangle);
   };
   std::sort(found_.begin(), found_.end(), [&](const Found& a, const Found& b) { return key(a) < key(b); });
-  // Largest distance between the points of one path by two pairs of planes that differ by kSamePlace and by
-  // small angles turn_B and turn_A: the image in B moves by 2 kSamePlace and 2 turn_B leg, s' rotates by 2
-  // turn_A, and each motion of the ray moves the point in its plane by 1 / cos(incidence) of it.
+  // Largest distance between the points of one path by two pairs of planes that differ by kCoincidentPoint
+  // and by small angles turn_B and turn_A: the image in B moves by 2 kCoincidentPoint and 2 turn_B leg, s'
+  // rotates by 2 turn_A, and each motion of the ray moves the point in its plane by 1 / cos(incidence) of it.
   const auto same = [&](const Found& a, const Found& b) {
     const double turn = (a.normal - b.normal).norm(), far_turn = (a.far_normal - b.far_normal).norm();
     if (a.normal.dot(b.normal) <= kSameNormal || a.far_normal.dot(b.far_normal) <= kSameNormal) return false;
     const double leg = (a.path.point - antenna).norm();
     const double total = leg + (a.path.far_point - a.path.point).norm();
     const auto close = [](const Vector3d& apart, const Vector3d& normal, double along) {
-      return apart.squaredNorm() < along * along && std::abs(apart.dot(normal)) < kSamePlace;
+      return apart.squaredNorm() < along * along && std::abs(apart.dot(normal)) < kCoincidentPoint;
     };
     const double cosine = std::min(a.cosine, b.cosine), far_cosine = std::min(a.far_cosine, b.far_cosine);
-    return close(a.path.point - b.path.point, a.normal, (kSamePlace + 2 * far_turn * leg) / cosine) &&
+    return close(a.path.point - b.path.point, a.normal, (kCoincidentPoint + 2 * far_turn * leg) / cosine) &&
            close(a.path.far_point - b.path.far_point, a.far_normal,
-                 (3 * kSamePlace + 2 * turn * leg + 2 * far_turn * total) / far_cosine);
+                 (3 * kCoincidentPoint + 2 * turn * leg + 2 * far_turn * total) / far_cosine);
   };
-  drop_doubles(found_, 4 * kSamePlace, same);
+  drop_doubles(found_, 4 * kCoincidentPoint, same);
 }
 
 }  // namespace canyon::propagation

@@ -18,7 +18,7 @@
 namespace canyon::propagation {
 
 /// Facets of one set for the second order, and their pose.
-struct PlacedFacets {
+struct PosedFacets {
   const FacetSet* facets;
   const BeamIndex* beams;
   const Occluders* occluders;
@@ -65,7 +65,7 @@ class SecondOrderSearch {
   /// first of `sets` is the city, in its own frame; the others have poses in it. `facing_of_city` are its
   /// facets by FacingFacets::fill(), as gathered by the first order. @param pairs cache of the city's pairs
   /// for this antenna; null: no cache
-  std::span<const Found> trace(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
+  std::span<const Found> trace(const raytrace::RayScene& scene, std::span<const PosedFacets> sets,
                                const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
                                const ReflectionLimits& limits, const FacingFacets& facing_of_city,
                                NearPairs* pairs);
@@ -73,16 +73,16 @@ class SecondOrderSearch {
  private:
   struct Near;
 
-  void prepare(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets,
+  void prepare(const raytrace::RayScene& scene, std::span<const PosedFacets> sets,
                const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
                const ReflectionLimits& limits);
-  void find_pairs(const raytrace::RayScene& scene, std::span<const PlacedFacets> sets, std::size_t near_set,
+  void find_pairs(const raytrace::RayScene& scene, std::span<const PosedFacets> sets, std::size_t near_set,
                   const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
                   const ReflectionLimits& limits);
-  void find_far(const raytrace::RayScene& scene, const Near& near, std::span<const PlacedFacets> sets,
+  void find_far(const raytrace::RayScene& scene, const Near& near, std::span<const PosedFacets> sets,
                 std::size_t far_set, std::span<const Eigen::Vector3d> directions,
                 const ReflectionLimits& limits);
-  void reflect(const raytrace::RayScene& scene, const Near& near, const PlacedFacets& set,
+  void reflect(const raytrace::RayScene& scene, const Near& near, const PosedFacets& set,
                std::span<const BeamIndex::Match> matches, std::span<const Eigen::Vector3d> directions,
                const ReflectionLimits& limits);
   void keep_clear(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna,

@@ -89,7 +89,7 @@ struct Agreement {
   double worst_excess_m = 0, worst_point_m = 0;
 };
 
-Agreement compare(const Mesh& mesh, const std::vector<Vector3d>& places, int satellites,
+Agreement compare(const Mesh& mesh, const std::vector<Vector3d>& points, int satellites,
                   const PropagationOptions& options, unsigned seed, double tolerance_m = 1e-3) {
   const raytrace::RayScene scene(mesh);
   const Propagator propagator(mesh, scene, options);
@@ -99,7 +99,7 @@ Agreement compare(const Mesh& mesh, const std::vector<Vector3d>& places, int sat
   Agreement agreement;
   std::vector<Vector3d> sky(static_cast<std::size_t>(satellites));
   std::vector<SatellitePaths> result(sky.size());
-  for (const Vector3d& antenna : places) {
+  for (const Vector3d& antenna : points) {
     for (Vector3d& s : sky) s = geodesy::enu_from_azimuth_elevation(azimuth(random), elevation(random));
     propagator.trace(antenna, sky, result);
     for (std::size_t i = 0; i < sky.size(); ++i) {
@@ -149,16 +149,16 @@ Mesh random_city(unsigned seed, int boxes) {
   return mesh;
 }
 
-std::vector<Vector3d> free_places(const Mesh& mesh, int count, double half_side, unsigned seed) {
+std::vector<Vector3d> free_points(const Mesh& mesh, int count, double half_side, unsigned seed) {
   const raytrace::RayScene scene(mesh);
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> x(-half_side, half_side), up(1, 40);
-  std::vector<Vector3d> places;
-  while (places.size() < static_cast<std::size_t>(count)) {
-    const Vector3d place(x(random), x(random), places.size() % 4 == 0 ? up(random) : 2.0);
-    if (scene.placement(place) == raytrace::Placement::Free) places.push_back(place);
+  std::vector<Vector3d> points;
+  while (points.size() < static_cast<std::size_t>(count)) {
+    const Vector3d point(x(random), x(random), points.size() % 4 == 0 ? up(random) : 2.0);
+    if (scene.containment(point) == raytrace::Containment::Free) points.push_back(point);
   }
-  return places;
+  return points;
 }
 
 TEST(SecondOrderReference, FindsThePathsOfThePlainImplementationInRandomCities) {
@@ -167,7 +167,7 @@ TEST(SecondOrderReference, FindsThePathsOfThePlainImplementationInRandomCities) 
   Agreement sum;
   for (unsigned seed = 100; seed < 120; ++seed) {
     const Mesh mesh = random_city(seed, 22);
-    const Agreement one = compare(mesh, free_places(mesh, 40, 80, seed), 30, options, seed);
+    const Agreement one = compare(mesh, free_points(mesh, 40, 80, seed), 30, options, seed);
     sum.satellites += one.satellites;
     sum.paths += one.paths;
     sum.different += one.different;
@@ -188,7 +188,7 @@ TEST(SecondOrderReference, HonoursShortReachAndSteepIncidence) {
   options.max_range_m = 45;
   options.max_incidence_rad = geodesy::radians(60);
   const Mesh mesh = random_city(34, 22);
-  const Agreement agreement = compare(mesh, free_places(mesh, 600, 80, 34), 40, options, 34);
+  const Agreement agreement = compare(mesh, free_points(mesh, 600, 80, 34), 40, options, 34);
   EXPECT_EQ(agreement.different, 0) << "of " << agreement.satellites;
   EXPECT_GT(agreement.paths, 30);
 }
@@ -202,12 +202,12 @@ TEST(SecondOrderReference, FindsThePathsOfThePlainImplementationInTheSyntheticCi
   options.max_range_m = 150;
   std::mt19937_64 random(35);
   std::uniform_real_distribution<double> along(-100, 100), across(-6, 6), up(1, 30);
-  std::vector<Vector3d> places;
+  std::vector<Vector3d> points;
   for (int i = 0; i < 100; ++i) {
-    places.emplace_back(along(random), across(random), up(random));
-    places.emplace_back(across(random), along(random), up(random));
+    points.emplace_back(along(random), across(random), up(random));
+    points.emplace_back(across(random), along(random), up(random));
   }
-  const Agreement agreement = compare(mesh, places, 40, options, 36);
+  const Agreement agreement = compare(mesh, points, 40, options, 36);
   EXPECT_EQ(agreement.different, 0) << "of " << agreement.satellites;
   EXPECT_GT(agreement.paths, 300);
 }
@@ -224,17 +224,18 @@ TEST(SecondOrderReference, FindsThePathsOfThePlainImplementationInHongKong) {
   PropagationOptions options;
   options.reflection_order = 2;
   options.max_range_m = 150;
-  std::vector<Vector3d> places;
+  std::vector<Vector3d> points;
   const raytrace::RayScene scene(mesh);
   std::mt19937_64 random(37);
   std::uniform_real_distribution<double> x(-500, 500);
-  while (places.size() < 100) {
-    const Vector3d place(x(random), x(random), 2);
-    if (scene.terrain_height(place.x(), place.y()) && scene.placement(place) == raytrace::Placement::Free) {
-      places.push_back(place);
+  while (points.size() < 100) {
+    const Vector3d point(x(random), x(random), 2);
+    if (scene.terrain_height(point.x(), point.y()) &&
+        scene.containment(point) == raytrace::Containment::Free) {
+      points.push_back(point);
     }
   }
-  const Agreement agreement = compare(mesh, places, 30, options, 38, 5e-3);
+  const Agreement agreement = compare(mesh, points, 30, options, 38, 5e-3);
   EXPECT_LT(agreement.different, agreement.satellites / 200) << "of " << agreement.satellites;
   EXPECT_GT(agreement.paths, 40);
   RecordProperty("satellites", agreement.satellites);

@@ -356,15 +356,15 @@ Mesh random_city(unsigned seed) {
 }
 
 struct Sample {
-  std::vector<Vector3d> places, sky;
+  std::vector<Vector3d> positions, sky;
 };
 Sample sample(const RayScene& scene, std::size_t count, unsigned seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> x(-80, 80), azimuth(0, 360), elevation(3, 85);
   Sample s;
-  while (s.places.size() < count) {
-    const Vector3d place(x(random), x(random), 2);
-    if (scene.placement(place) == raytrace::Placement::Free) s.places.push_back(place);
+  while (s.positions.size() < count) {
+    const Vector3d point(x(random), x(random), 2);
+    if (scene.containment(point) == raytrace::Containment::Free) s.positions.push_back(point);
   }
   for (int i = 0; i < 70; ++i) s.sky.push_back(direction(azimuth(random), elevation(random)));
   return s;
@@ -379,7 +379,7 @@ TEST(SecondOrder, IsReciprocal) {
   for (unsigned seed = 50; seed < 60; ++seed) {
     const World world(random_city(seed));
     const Sample many = sample(world.scene, 40, seed);
-    for (const Vector3d& antenna : many.places) {
+    for (const Vector3d& antenna : many.positions) {
       for (const Vector3d& s : many.sky) {
         for (const Path& path : doubles(world.trace(antenna, s))) {
           ++seen;
@@ -427,7 +427,7 @@ TEST(SecondOrder, LeavesTheLowerOrdersAsTheyAre) {
   const World first(mesh, PropagationOptions{}), second(mesh);
   const Sample many = sample(first.scene, 100, 61);
   int paths = 0, more = 0;
-  for (const Vector3d& antenna : many.places) {
+  for (const Vector3d& antenna : many.positions) {
     std::vector<SatellitePaths> a(many.sky.size()), b(many.sky.size());
     first.propagator.trace(antenna, many.sky, a);
     second.propagator.trace(antenna, many.sky, b);
@@ -468,7 +468,7 @@ TEST(SecondOrder, TurnsAndMovesWithTheWorld) {
   const World here(mesh), there(turned);
   const Sample many = sample(here.scene, 60, 62);
   int paths = 0;
-  for (const Vector3d& antenna : many.places) {
+  for (const Vector3d& antenna : many.positions) {
     for (const Vector3d& s : many.sky) {
       const auto a = doubles(here.trace(antenna, s)),
                  b = doubles(there.trace(pose * antenna, pose.linear() * s));
@@ -495,10 +495,10 @@ TEST(SecondOrder, AnswersAlikeForOneAndForManyAndOnThreads) {
   }
   world.scene.commit();
   const Sample many = sample(world.scene, 60, 63);
-  std::vector<std::vector<SatellitePaths>> alone(many.places.size());
+  std::vector<std::vector<SatellitePaths>> alone(many.positions.size());
   int paths = 0;
   for (std::size_t p = 0; p < alone.size(); ++p) {
-    for (const Vector3d& s : many.sky) alone[p].push_back(world.trace(many.places[p], s));
+    for (const Vector3d& s : many.sky) alone[p].push_back(world.trace(many.positions[p], s));
     for (const SatellitePaths& satellite : alone[p]) paths += static_cast<int>(doubles(satellite).size());
   }
   EXPECT_GT(paths, 50);
@@ -508,7 +508,7 @@ TEST(SecondOrder, AnswersAlikeForOneAndForManyAndOnThreads) {
     threads.emplace_back([&, t] {
       std::vector<SatellitePaths> result(many.sky.size());
       for (std::size_t p = 0; p < alone.size(); ++p) {
-        world.propagator.trace(many.places[p], many.sky, result);
+        world.propagator.trace(many.positions[p], many.sky, result);
         for (std::size_t i = 0; i < result.size(); ++i) {
           const SatellitePaths &a = alone[p][i], &b = result[i];
           bool same = a.visibility == b.visibility && a.paths.size() == b.paths.size();

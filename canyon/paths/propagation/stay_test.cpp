@@ -79,13 +79,13 @@ TEST(Stay, AntennasBesideMirrorsOfEveryTiltKeepTheirPaths) {
                            {100, 100, 0});
   const std::size_t first = mesh.vertices.size();
   std::mt19937_64 random(3);
-  std::uniform_real_distribution<double> place(-45, 45), size(2, 12), angle(0, geodesy::kPi);
+  std::uniform_real_distribution<double> coordinate(-45, 45), size(2, 12), angle(0, geodesy::kPi);
   for (int i = 0; i < 60; ++i) {
     const std::size_t begin = mesh.vertices.size();
     const Vector3d half(size(random), size(random), size(random));
     canyon::test::append_box(mesh, "box", city::Surface::Building, city::Material::Glass, -half, half, 0);
-    const Vector3d axis = Vector3d(place(random), place(random), place(random)).normalized();
-    const Vector3d middle(place(random), place(random), 8 + size(random));
+    const Vector3d axis = Vector3d(coordinate(random), coordinate(random), coordinate(random)).normalized();
+    const Vector3d middle(coordinate(random), coordinate(random), 8 + size(random));
     const Eigen::AngleAxisd turn(angle(random), axis);
     for (std::size_t v = begin; v < mesh.vertices.size(); ++v)
       mesh.vertices[v] = turn * mesh.vertices[v] + middle;

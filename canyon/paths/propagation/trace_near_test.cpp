@@ -42,12 +42,12 @@ TEST(Propagator, TraceNearGivesWhatTraceFinds) {
   const Propagator propagator(city.mesh, scene, options);
   const std::vector<Eigen::Vector3d> sky = thirty_directions();
   std::vector<SatellitePaths> all(sky.size()), near(sky.size());
-  TracedPlace place;
+  TracedPoint traced;
   std::size_t reflected = 0, bent = 0, others = 0;
   for (double along = -200; along < 200; along += 7) {
     const Eigen::Vector3d antenna(along, 0.3, 2);
-    propagator.trace(antenna, sky, all, &place);
-    propagator.trace_near(antenna, sky, place.edges, near);
+    propagator.trace(antenna, sky, all, &traced);
+    propagator.trace_near(antenna, sky, traced.edges, near);
     for (std::size_t i = 0; i < sky.size(); ++i) {
       std::vector<Path> expected;
       std::copy_if(all[i].paths.begin(), all[i].paths.end(), std::back_inserter(expected), is_near);
@@ -98,11 +98,11 @@ TEST(Propagator, FarPathsGoAlong) {
   std::size_t twice = 0, found_twice = 0;
   for (double along = -200; along < 200; along += 7) {
     const Eigen::Vector3d antenna(along, 0.3, 2), there = antenna + step;
-    TracedPlace place;
-    propagator.trace(antenna, sky, here, &place);
+    TracedPoint traced;
+    propagator.trace(antenna, sky, here, &traced);
     for (const auto& directions : {sky, later}) {
       propagator.trace(there, directions, expected);
-      ASSERT_TRUE(propagator.retrace(there, directions, place, got));
+      ASSERT_TRUE(propagator.retrace(there, directions, traced, got));
       const bool turned = directions != sky;
       for (std::size_t i = 0; i < sky.size(); ++i) {
         const auto searched = by_reflector(expected[i], PathKind::Reflected, 2);
@@ -150,13 +150,13 @@ TEST(Propagator, FarPathsHoldWhileInstancesStand) {
   const Propagator propagator(city.mesh, scene, options);
   const std::vector<Eigen::Vector3d> sky = thirty_directions();
   std::vector<SatellitePaths> all(sky.size()), again(sky.size());
-  TracedPlace place;
+  TracedPoint traced;
   const Eigen::Vector3d antenna(0, 0.3, 2);
-  propagator.trace(antenna, sky, all, &place);
+  propagator.trace(antenna, sky, all, &traced);
   scene.set_pose(far, at(2010));
   scene.commit();
   EXPECT_TRUE(propagator.has_far_paths());
-  ASSERT_TRUE(propagator.retrace(antenna, sky, place, again));
+  ASSERT_TRUE(propagator.retrace(antenna, sky, traced, again));
   std::size_t over_bus = 0;
   for (std::size_t i = 0; i < sky.size(); ++i) {
     ASSERT_EQ(again[i].paths.size(), all[i].paths.size());
@@ -168,7 +168,7 @@ TEST(Propagator, FarPathsHoldWhileInstancesStand) {
   EXPECT_GT(over_bus, 3U);
   scene.set_pose(near, at(12.1));
   scene.commit();
-  EXPECT_FALSE(propagator.retrace(antenna, sky, place, again));
+  EXPECT_FALSE(propagator.retrace(antenna, sky, traced, again));
 }
 
 // For a wall that scatters once, the detour of a point is known in closed form.
@@ -200,14 +200,14 @@ TEST(Propagator, FarPathsAreOfTheSameSatellites) {
   std::vector<Eigen::Vector3d> sky{geodesy::enu_from_azimuth_elevation(0.3, 0.7),
                                    geodesy::enu_from_azimuth_elevation(2.3, 0.5)};
   std::vector<SatellitePaths> paths(2);
-  TracedPlace place;
-  propagator.trace({0, 0.3, 2}, sky, paths, &place);
-  EXPECT_TRUE(propagator.retrace({0, 0.3, 2}, sky, place, paths));
+  TracedPoint traced;
+  propagator.trace({0, 0.3, 2}, sky, paths, &traced);
+  EXPECT_TRUE(propagator.retrace({0, 0.3, 2}, sky, traced, paths));
   std::swap(sky[0], sky[1]);
-  EXPECT_FALSE(propagator.retrace({0, 0.3, 2}, sky, place, paths));
+  EXPECT_FALSE(propagator.retrace({0, 0.3, 2}, sky, traced, paths));
   sky.pop_back();
   paths.pop_back();
-  EXPECT_FALSE(propagator.retrace({0, 0.3, 2}, sky, place, paths));
+  EXPECT_FALSE(propagator.retrace({0, 0.3, 2}, sky, traced, paths));
   EXPECT_FALSE(propagator.retrace({0, 0.3, 2}, sky, {}, paths));
   options.diffuse = false;
   EXPECT_FALSE(Propagator(city.mesh, scene, options).has_far_paths());

@@ -219,15 +219,15 @@ TEST(DiffuseScattering, PatchScattersItsShareOfTheIncidentPower) {
   const std::array<bool, 2> wanted = {true, true};
   std::array<std::vector<propagation::DiffusePath>, 2> paths;
   std::array<double, 2> scattered = {0, 0};
-  constexpr int kPlaces = 2000;
-  for (int k = 0; k < kPlaces; ++k) {
-    const double y = -(k + 0.5) / kPlaces, across = std::sqrt(1 - y * y), turn = k * 2.399963229728653;
-    const Vector3d place = radius * Vector3d(across * std::cos(turn), y, across * std::sin(turn));
-    world.scattering.trace(place, sky, wanted, paths);
+  constexpr int kPositions = 2000;
+  for (int k = 0; k < kPositions; ++k) {
+    const double y = -(k + 0.5) / kPositions, across = std::sqrt(1 - y * y), turn = k * 2.399963229728653;
+    const Vector3d point = radius * Vector3d(across * std::cos(turn), y, across * std::sin(turn));
+    world.scattering.trace(point, sky, wanted, paths);
     for (std::size_t i = 0; i < 2; ++i)
-      scattered[i] += total_power(paths[i]) * radius * radius * 2 * kPi / kPlaces;
+      scattered[i] += total_power(paths[i]) * radius * radius * 2 * kPi / kPositions;
     if (k % 100 != 0) continue;
-    world.scattering.trace(-place, sky, wanted, paths);  // behind it
+    world.scattering.trace(-point, sky, wanted, paths);  // behind it
     EXPECT_THAT(paths, testing::Each(testing::IsEmpty()));
   }
   for (std::size_t i = 0; i < 2; ++i) {
@@ -509,8 +509,8 @@ TEST(DiffuseScattering, ConvergesInAStreet) {
   for (const int rays : {96, propagation::DiffuseOptions().rays, 1024}) {
     const World coarse(mesh, all_classes(rays));
     Errors errors;
-    for (int place = 0; place < 17; ++place) {
-      const Vector3d antenna(place - 8, -7 + 14 * std::fmod(place * 0.618, 1), 2);
+    for (int index = 0; index < 17; ++index) {
+      const Vector3d antenna(index - 8, -7 + 14 * std::fmod(index * 0.618, 1), 2);
       for (const double azimuth : {20, 45, 70, 150, 200, 250, 340}) {
         for (const double elevation : {10, 25, 40}) {
           const Vector3d s = direction(azimuth, elevation);
@@ -544,10 +544,11 @@ TEST(DiffuseScattering, ConvergesInTsimShaTsui) {
     const propagation::DiffuseScattering coarse(city.city.mesh, scene, all_classes(rays));
     std::vector<std::vector<propagation::DiffusePath>> few(sky.size()), many(sky.size());
     Errors errors;
-    for (std::size_t p = 0; p < city.places.size(); p += 40) {
-      for (std::size_t i = 0; i < sky.size(); ++i) hidden[i] = scene.occluded({city.places[p], sky[i]}, 1e-3);
-      coarse.trace(city.places[p], sky, wanted, few);
-      fine.trace(city.places[p], sky, wanted, many);
+    for (std::size_t p = 0; p < city.positions.size(); p += 40) {
+      for (std::size_t i = 0; i < sky.size(); ++i)
+        hidden[i] = scene.occluded({city.positions[p], sky[i]}, 1e-3);
+      coarse.trace(city.positions[p], sky, wanted, few);
+      fine.trace(city.positions[p], sky, wanted, many);
       for (std::size_t i = 0; i < sky.size(); ++i)
         if (hidden[i]) errors.add(few[i], many[i]);
     }

@@ -35,14 +35,14 @@ void epoch(benchmark::State& state, const PropagationOptions& options) {
   const Fixture& f = fixture();
   const Propagator propagator(f.city.city.mesh, f.scene, options);
   std::vector<SatellitePaths> paths(f.sky.size());
-  std::size_t place = 0;
+  std::size_t index = 0;
   for (auto _ : state) {
-    propagator.trace(f.city.places[place], f.sky, paths);
+    propagator.trace(f.city.positions[index], f.sky, paths);
     benchmark::DoNotOptimize(paths.data());
-    place = (place + 1) % f.city.places.size();
+    index = (index + 1) % f.city.positions.size();
   }
   std::size_t nlos = 0, reflections = 0;
-  for (const Eigen::Vector3d& antenna : f.city.places) {
+  for (const Eigen::Vector3d& antenna : f.city.positions) {
     propagator.trace(antenna, f.sky, paths);
     for (const SatellitePaths& p : paths) {
       nlos += p.visibility == Visibility::NLOS ? 1 : 0;
@@ -51,8 +51,8 @@ void epoch(benchmark::State& state, const PropagationOptions& options) {
     }
   }
   state.counters["reflections_per_epoch"] =
-      static_cast<double>(reflections) / static_cast<double>(f.city.places.size());
-  state.counters["nlos_per_epoch"] = static_cast<double>(nlos) / static_cast<double>(f.city.places.size());
+      static_cast<double>(reflections) / static_cast<double>(f.city.positions.size());
+  state.counters["nlos_per_epoch"] = static_cast<double>(nlos) / static_cast<double>(f.city.positions.size());
 }
 
 PropagationOptions of_order(int order, bool diffraction = false, bool diffuse = false, bool ground = false) {
@@ -72,9 +72,9 @@ void everything(benchmark::State& state, bool amplitudes) {
   const Propagator propagator(f.city.city.mesh, f.scene, options);
   const AntennaPattern antenna = canyon::signal::patch_antenna();
   std::vector<SatellitePaths> paths(f.sky.size());
-  std::size_t place = 0, count = 0;
+  std::size_t index = 0, count = 0;
   for (auto _ : state) {
-    propagator.trace(f.city.places[place], f.sky, paths);
+    propagator.trace(f.city.positions[index], f.sky, paths);
     std::complex<double> sum = 0;
     for (std::size_t i = 0; i < paths.size(); ++i) {
       count += paths[i].paths.size();
@@ -83,7 +83,7 @@ void everything(benchmark::State& state, bool amplitudes) {
       for (const auto& path : paths[i].paths) sum += path_amplitude(path, elevation, 1575.42e6, antenna);
     }
     benchmark::DoNotOptimize(sum);
-    place = (place + 1) % f.city.places.size();
+    index = (index + 1) % f.city.positions.size();
   }
   state.counters["paths_per_epoch"] = static_cast<double>(count) / static_cast<double>(state.iterations());
 }

@@ -69,8 +69,8 @@ int main(int argc, char** argv) {
   double hidden = 0;                    // solid angle of the sky above 10 deg, all points
   std::map<std::string, double> power;  // times solid angle; S: mirror, D: scatter, from the antenna on
   std::map<std::string, double> reached;
-  for (std::size_t p = 0; p < bench.places.size(); p += 10) {
-    const Vector3d& antenna = bench.places[p];
+  for (std::size_t p = 0; p < bench.positions.size(); p += 10) {
+    const Vector3d& antenna = bench.positions[p];
     for (int i = 0; i < kRays; ++i) {
       const double z = 2 * uniform(random) - 1, turn = 2 * kPi * uniform(random),
                    across = std::sqrt(1 - z * z);

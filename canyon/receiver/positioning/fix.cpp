@@ -22,7 +22,7 @@ using gnss::System;
 
 /// Mask and atmosphere are applied once the position is known this well: Newton's next error is then about 5
 /// m, 1e-6 rad of elevation.
-constexpr double kPlaceKnown_m = 1e4;
+constexpr double kPositionKnown_m = 1e4;
 /// Mask and atmosphere are updated after this motion: delays change by 1e-8 m over it.
 constexpr double kLookedUp_m = 0.01;
 constexpr double kEarthRadius_m = 6.371e6;
@@ -50,16 +50,16 @@ class Solver {
   }
 
   /// At a position from another method, with the satellites that RAIM keeps.
-  Fix at(const Eigen::Vector3d& place) {
+  Fix at(const Eigen::Vector3d& geodetic) {
     Fix fix, own = solve();
     fix.consistent = own.consistent;
     fix.excluded = std::move(own.excluded);
-    position_ = place;
+    position_ = geodetic;
     for (RangedSatellite& satellite : satellites_) {
       satellite.excluded = std::count(fix.excluded.begin(), fix.excluded.end(), satellite.measured->id) > 0;
-      for (int i = 0; i < 3; ++i) place_satellite(satellite, place);
+      for (int i = 0; i < 3; ++i) update_satellite_geometry(satellite, geodetic);
     }
-    look_up(satellites_, place, receiver_time_, options_, klobuchar_);
+    look_up(satellites_, geodetic, receiver_time_, options_, klobuchar_);
     if (!choose(fix)) return fix;
     iterate(fix, true);
     if (fix.status == FixStatus::Singular) return fix;
@@ -100,8 +100,8 @@ class Solver {
     }
   }
 
-  /// @param place_known the position is near that of the fix
-  Fix attempt(bool place_known) {
+  /// @param position_known the position is near that of the fix
+  Fix attempt(bool position_known) {
     Fix fix;
     double step = std::numeric_limits<double>::infinity();
     const Eigen::Vector3d nowhere = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
@@ -109,9 +109,9 @@ class Solver {
     const auto is_looked_up = [&] { return (position_ - looked_at).norm() < kLookedUp_m; };
     int looks = 0;
     while (fix.iterations < options_.max_iterations) {
-      if (place_known && !is_looked_up()) {
+      if (position_known && !is_looked_up()) {
         for (RangedSatellite& satellite : satellites_)
-          for (int i = 0; i < 2; ++i) place_satellite(satellite, position_);
+          for (int i = 0; i < 2; ++i) update_satellite_geometry(satellite, position_);
         look_up(satellites_, position_, receiver_time_, options_, klobuchar_, looks++);
         looked_at = position_;
       }
@@ -120,7 +120,7 @@ class Solver {
       const Eigen::Vector3d before = position_;
       step = iterate(fix);
       if (fix.status == FixStatus::Singular) return fix;
-      const bool near = (position_ - before).norm() < kPlaceKnown_m;
+      const bool near = (position_ - before).norm() < kPositionKnown_m;
       if (!(position_.norm() < kAstray_m)) {
         fix.status = FixStatus::NotConverged;
         return fix;
@@ -129,14 +129,14 @@ class Solver {
         fix.status = FixStatus::Fix;
         break;
       }
-      place_known = near;
+      position_known = near;
       if (near || looks == 0) continue;
       forget_looks();
       looked_at = nowhere;
       looks = 0;
     }
     // A weak geometry amplifies the rounding of ranges (about 1e-8 m) above the criterion: it has converged.
-    if (fix.status != FixStatus::Fix && place_known && step < 1 && fix.rank == fix.unknowns &&
+    if (fix.status != FixStatus::Fix && position_known && step < 1 && fix.rank == fix.unknowns &&
         step < 1e-8 * std::sqrt(least_squares_.cofactor().trace()) / smallest_sigma_m_)
       fix.status = FixStatus::Fix;
     finish(fix);
@@ -189,7 +189,7 @@ class Solver {
     residual_.resize(rows_);
     smallest_sigma_m_ = std::numeric_limits<double>::infinity();
     // Flight time and position converge together: 1e-6 m of range rotate the Earth by 1e-11 m.
-    for (RangedSatellite& satellite : satellites_) place_satellite(satellite, position_);
+    for (RangedSatellite& satellite : satellites_) update_satellite_geometry(satellite, position_);
     for (Eigen::Index row = 0; row < rows_; ++row) {
       const RangedSatellite& satellite = active(row);
       const double sigma = satellite.sigma_m;
@@ -224,14 +224,14 @@ class Solver {
     if (fix.status == FixStatus::NotSolved)
       fix.status = fix.rank < fix.unknowns ? FixStatus::Singular : FixStatus::NotConverged;
     if (!fix.solved()) return;
-    const geodesy::Geodetic place = geodesy::geodetic_from_ecef(position_);
-    if (!is_near_ground(place.height_m)) {
+    const geodesy::Geodetic geodetic = geodesy::geodetic_from_ecef(position_);
+    if (!is_near_ground(geodetic.height_m)) {
       fix.status = FixStatus::NotConverged;
       return;
     }
     Design unit = design_;
     for (Eigen::Index row = 0; row < rows_; ++row) unit.row(row) *= active(row).sigma_m;
-    const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(place);
+    const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(geodetic);
     if (const std::optional<Cofactor> q = cofactor(unit, kRankThreshold)) {
       Cofactor enu = *q;
       enu.topLeftCorner<3, 3>() = geodesy::rotated(enu_from_ecef, q->topLeftCorner<3, 3>());
@@ -243,7 +243,7 @@ class Solver {
       return;
     }
     fix.position_ecef = position_;
-    fix.position = place;
+    fix.position = geodetic;
     Rows shares(rows_);
     for (Eigen::Index row = 0; row < rows_; ++row) shares(row) = active(row).measured->stated_share;
     const bool corrected = (shares.array() != 1).any();
@@ -512,12 +512,12 @@ Fix solve_fix(geodesy::GpsTime receiver_time, const std::vector<RangedSatellite>
   return Solver(receiver_time, satellites, options, klobuchar, start).solve();
 }
 
-Fix fix_at(const Eigen::Vector3d& place, geodesy::GpsTime receiver_time,
+Fix fix_at(const Eigen::Vector3d& point, geodesy::GpsTime receiver_time,
            const std::vector<Measurement>& measurements, const orbit::Sky& sky, const FixOptions& options,
            const std::map<System, gnss::Klobuchar>& klobuchar) {
   std::vector<RangedSatellite> satellites;
   range_satellites(receiver_time, measurements, sky, options, satellites);
-  return Solver(receiver_time, satellites, options, klobuchar, place).at(place);
+  return Solver(receiver_time, satellites, options, klobuchar, point).at(point);
 }
 
 }  // namespace canyon::positioning

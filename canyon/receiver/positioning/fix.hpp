@@ -221,7 +221,7 @@ struct RangedSatellite;
 /// The solve_fix() outputs at a position from another method (ECEF, finite): clocks, residuals, DOP,
 /// covariance and velocity of the satellites that its RAIM keeps. No fix if these do not determine a
 /// position.
-[[nodiscard]] Fix fix_at(const Eigen::Vector3d& place, geodesy::GpsTime receiver_time,
+[[nodiscard]] Fix fix_at(const Eigen::Vector3d& point, geodesy::GpsTime receiver_time,
                          const std::vector<Measurement>& measurements, const orbit::Sky& sky,
                          const FixOptions& options, const std::map<gnss::System, gnss::Klobuchar>& klobuchar);
 

@@ -25,8 +25,8 @@ using geodesy::kSpeedOfLight;
 using gnss::System;
 using test::CircularSky;
 
-const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
-const Eigen::Vector3d kTruth = geodesy::ecef_from_geodetic(kPlace);
+const geodesy::Geodetic kPosition = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
+const Eigen::Vector3d kTruth = geodesy::ecef_from_geodetic(kPosition);
 constexpr GpsTime kTime = CircularSky::kEpoch + std::chrono::hours(5);
 
 /// Exact pseudoranges of all satellites above `mask_deg`, by an independent measurement equation.
@@ -68,7 +68,7 @@ Eigen::MatrixXd design_at_truth(const orbit::Sky& sky, const std::vector<gnss::S
   }
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(used.size()),
                                             3 + static_cast<Eigen::Index>(systems.size()));
-  const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(kPlace);
+  const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(kPosition);
   for (std::size_t i = 0; i < used.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     const auto line = orbit::line_of_sight(sky, used[i], kTime, kTruth);
@@ -99,9 +99,9 @@ TEST(SolveFix, FindsTheTruthFromTheCentreOfTheEarth) {
     ASSERT_EQ(fix.clock_bias_s.size(), 4U);
     for (const auto& [system, clock] : fix.clock_bias_s) EXPECT_NEAR(clock, bias, 1e-12);
     for (const double residual : fix.residuals_m) EXPECT_NEAR(residual, 0, 1e-4);
-    EXPECT_NEAR(fix.position.latitude_rad, kPlace.latitude_rad, 1e-10);
-    EXPECT_NEAR(fix.position.longitude_rad, kPlace.longitude_rad, 1e-10);
-    EXPECT_NEAR(fix.position.height_m, kPlace.height_m, 1e-3);
+    EXPECT_NEAR(fix.position.latitude_rad, kPosition.latitude_rad, 1e-10);
+    EXPECT_NEAR(fix.position.longitude_rad, kPosition.longitude_rad, 1e-10);
+    EXPECT_NEAR(fix.position.height_m, kPosition.height_m, 1e-3);
     EXPECT_FALSE(fix.velocity_enu_mps);  // no Doppler was given
   }
 }
@@ -191,7 +191,7 @@ TEST(SolveFix, ErrorsOfManyNoisyFixesHaveTheStatedCovariance) {
   constexpr int kRuns = 2000;
   Eigen::Matrix3d sample = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d stated = Eigen::Matrix3d::Zero();
-  const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(kPlace);
+  const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(kPosition);
   double chi2 = 0;
   int degrees = 0;
   for (int run = 0; run < kRuns; ++run) {
@@ -403,7 +403,7 @@ TEST(SolveFix, ConeOfSatellitesIsSingular) {
   const std::vector<std::vector<double>> azimuths{{0, 0.9, 1.8, 2.7, 3.6, 4.5, 5.4},
                                                   {0, 0.2, 0.5, 2.7, 3.1, 4.5, 5}};
   for (const auto& azimuth : azimuths) {
-    const orbit::FrozenSky sky(kPlace, azimuth, elevation);
+    const orbit::FrozenSky sky(kPosition, azimuth, elevation);
     const Fix fix = solve_fix(kTime, measure(sky), sky, FixOptions{});
     expect_unsolved(fix);
     EXPECT_EQ(fix.status, FixStatus::Singular) << reason(fix.status);
@@ -412,7 +412,7 @@ TEST(SolveFix, ConeOfSatellitesIsSingular) {
 }
 
 TEST(SolveFix, AllSatellitesInOneDirectionIsSingular) {
-  const orbit::FrozenSky sky(kPlace, std::vector<double>(6, 1.0), std::vector<double>(6, 0.8));
+  const orbit::FrozenSky sky(kPosition, std::vector<double>(6, 1.0), std::vector<double>(6, 0.8));
   const Fix fix = solve_fix(kTime, measure(sky), sky, FixOptions{});
   expect_unsolved(fix);
   EXPECT_EQ(fix.status, FixStatus::Singular);
@@ -488,7 +488,7 @@ TEST(SolveFix, StatesWhatTheModelOfTheIonosphereMayLeave) {
   options.covariance_by_residuals = true;
   const Fix stating = solve_fix(kTime, measurements, four_systems(), options, {{System::GPS, model}});
   ASSERT_TRUE(plain.solved() && stating.solved());
-  const Eigen::Vector3d error = geodesy::enu_from_ecef_rotation(kPlace) * (stating.position_ecef - kTruth);
+  const Eigen::Vector3d error = geodesy::enu_from_ecef_rotation(kPosition) * (stating.position_ecef - kTruth);
   EXPECT_GT(std::abs(error.z()), 5);
   const Eigen::Matrix3d expected = error * error.transpose() / 4;
   EXPECT_LT((stating.covariance_enu - plain.covariance_enu - expected).norm(), 0.01 * expected.norm());

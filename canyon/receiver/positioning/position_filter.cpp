@@ -33,7 +33,7 @@ void look_around(FilterEpoch& epoch, const Eigen::Vector3d& position, const FixO
   double sum = 0;
   int above = 0;
   for (RangedSatellite& satellite : epoch.satellites)
-    for (int i = 0; i < 3; ++i) place_satellite(satellite, position);
+    for (int i = 0; i < 3; ++i) update_satellite_geometry(satellite, position);
   look_up(epoch.satellites, position, epoch.time, fix, klobuchar);
   for (const RangedSatellite& satellite : epoch.satellites) {
     if (!satellite.above_mask) continue;
@@ -96,7 +96,7 @@ double excess_of_innovations(const FilterState& filter, const FilterEpoch& epoch
   std::array<bool, kConstellations.size()> clock{};
   for (RangedSatellite satellite : epoch.satellites) {
     if (!satellite.above_mask) continue;
-    place_satellite(satellite, filter.position());
+    update_satellite_geometry(satellite, filter.position());
     const FilterRow row = pseudorange_row(filter, satellite);
     squares += std::pow(std::min(std::abs(row.innovation) / (row.sigma * row.share), most_sigmas), 2);
     ++count;
@@ -316,7 +316,7 @@ Fix describe(const FilterState& filter, FilterEpoch& epoch, const Fix& of, const
     fix.correction_station = of.correction_station;
   }
   if (options.covariance_by_residuals) *fix.velocity_covariance_enu *= excess_of_dopplers(filter, epoch);
-  for (RangedSatellite& satellite : epoch.satellites) place_satellite(satellite, fix.position_ecef);
+  for (RangedSatellite& satellite : epoch.satellites) update_satellite_geometry(satellite, fix.position_ecef);
   if (options.covariance_by_residuals) {
     const Eigen::Vector3d moved = moved_by_ionosphere(epoch, enu_from_ecef);
     fix.covariance_enu += moved * moved.transpose();

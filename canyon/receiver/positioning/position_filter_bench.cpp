@@ -13,7 +13,7 @@ namespace {
 using gnss::System;
 
 const geodesy::GpsTime kTime = geodesy::GpsTime::from_week(2100, 43'200);
-const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
+const geodesy::Geodetic kPosition = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
 
 const orbit::BroadcastSky& sky() {
   static const orbit::BroadcastSky nominal(orbit::nominal_constellation(
@@ -32,7 +32,7 @@ std::vector<Measurement> measurements(test::TestDrive& drive, std::size_t satell
 
 /// state.range(0): Weighting; state.range(1): faulty satellites that RAIM excludes, -1 without RAIM.
 void solve_weighted_fix(benchmark::State& state) {
-  test::TestDrive drive(sky(), kTime, kPlace, 1);
+  test::TestDrive drive(sky(), kTime, kPosition, 1);
   const int faults = static_cast<int>(state.range(1));
   const std::vector<Measurement> measured = measurements(drive, 30, faults);
   FixOptions options;
@@ -53,7 +53,7 @@ BENCHMARK(solve_weighted_fix)->Args({0, 0})->Args({0, 1})->Args({0, 3});
 
 /// One epoch of the filter, its fix given; state.range(0): satellites.
 void update_position_filter(benchmark::State& state) {
-  test::TestDrive drive(sky(), kTime, kPlace, 1);
+  test::TestDrive drive(sky(), kTime, kPosition, 1);
   const auto satellites = static_cast<std::size_t>(state.range(0));
   FixOptions options;
   const Fix fix = solve_fix(kTime, measurements(drive, satellites, 0), sky(), options);

@@ -18,7 +18,7 @@ using gnss::System;
 using test::CircularSky;
 using test::TestDrive;
 
-const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
+const geodesy::Geodetic kPosition = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
 constexpr geodesy::GpsTime kTime = CircularSky::kEpoch + std::chrono::hours(5);
 
 const CircularSky& sky() {
@@ -40,7 +40,7 @@ std::vector<Measurement> in_a_street(TestDrive& drive) {
 // The covariance of a start is the fix's, increased by its residuals (FixOptions::covariance_by_residuals).
 TEST(PositionFilterLimits, StartsAsUnsureAsTheFix) {
   for (const bool by_residuals : {false, true}) {
-    TestDrive drive(sky(), kTime, kPlace, 1);
+    TestDrive drive(sky(), kTime, kPosition, 1);
     drive.doppler = false;
     FixOptions options;
     options.covariance_by_residuals = by_residuals;
@@ -57,14 +57,14 @@ TEST(PositionFilterLimits, StartsAsUnsureAsTheFix) {
 // Started with detours, it is back at the truth as soon as they end: a start that relied on its weights would
 // reject right measurements. Six standard deviations of the mean of ten noisy fixes.
 TEST(PositionFilterLimits, ForgetsABadStart) {
-  TestDrive drive(sky(), kTime, kPlace, 2);
+  TestDrive drive(sky(), kTime, kPosition, 2);
   FixOptions options;
   options.covariance_by_residuals = true;
   PositionFilter filter({}, options);
   Fix fix = solve_fix(drive.receiver_time(), in_a_street(drive), sky(), options);
   const double wrong = drive.error_enu(fix).norm();
   EXPECT_GT(wrong, 20);
-  TestDrive again(sky(), kTime, kPlace, 2);
+  TestDrive again(sky(), kTime, kPosition, 2);
   (void)filter.update(again.receiver_time(), in_a_street(again), sky(), fix);
   Fix last;
   for (int i = 0; i < 10; ++i) {
@@ -87,7 +87,7 @@ double mean_nees_of_lasting_errors(double assumed_s) {
   options.error_correlation_s = assumed_s;
   double sum = 0;
   for (int run = 0; run < kRuns; ++run) {
-    TestDrive drive(sky(), kTime, kPlace, static_cast<std::uint64_t>(run));
+    TestDrive drive(sky(), kTime, kPosition, static_cast<std::uint64_t>(run));
     drive.sigma_m = 3;
     PositionFilter filter(options, {});
     std::map<gnss::SatelliteId, double> error;
@@ -124,7 +124,7 @@ TEST(PositionFilterLimits, StatesItsAccuracyForErrorsThatLast) {
 // failed the gate count in the residuals.
 TEST(PositionFilterLimits, StatesTheEpochsAccuracyForErrorsThatNeverChange) {
   for (const bool by_residuals : {false, true}) {
-    TestDrive drive(sky(), kTime, kPlace, 6);
+    TestDrive drive(sky(), kTime, kPosition, 6);
     FixOptions options;
     options.covariance_by_residuals = by_residuals;
     PositionFilterOptions lasting;
@@ -152,7 +152,7 @@ TEST(PositionFilterLimits, StatesTheEpochsAccuracyForErrorsThatNeverChange) {
 // A right angle at 8 m/s within an epoch, with a filter for the accelerations of a walk: the Dopplers, which
 // agree, are not all wrong.
 TEST(PositionFilterLimits, TakesATurnThatItDidNotExpect) {
-  TestDrive drive(sky(), kTime, kPlace, 3);
+  TestDrive drive(sky(), kTime, kPosition, 3);
   drive.velocity_enu = {8, 0, 0};
   PositionFilterOptions options;
   options.acceleration_horizontal = 0.3;
@@ -173,7 +173,7 @@ TEST(PositionFilterLimits, TakesATurnThatItDidNotExpect) {
 
 // Half of the satellites with inconsistent Dopplers are no turn.
 TEST(PositionFilterLimits, DopplersThatDisagreeAreNoTurn) {
-  TestDrive drive(sky(), kTime, kPlace, 4);
+  TestDrive drive(sky(), kTime, kPosition, 4);
   drive.velocity_enu = {8, 0, 0};
   PositionFilterOptions options;
   options.acceleration_horizontal = 0.3;
@@ -194,7 +194,7 @@ TEST(PositionFilterLimits, DopplersThatDisagreeAreNoTurn) {
 }
 
 TEST(PositionFilterLimits, GivesOutNothingBeyondItsAccuracy) {
-  TestDrive drive(sky(), kTime, kPlace, 5);
+  TestDrive drive(sky(), kTime, kPosition, 5);
   FixOptions options;
   options.covariance_by_residuals = true;
   PositionFilterOptions limited;

@@ -22,7 +22,7 @@ using gnss::System;
 using test::CircularSky;
 using test::TestDrive;
 
-const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
+const geodesy::Geodetic kPosition = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
 constexpr GpsTime kTime = CircularSky::kEpoch + std::chrono::hours(5);
 
 const CircularSky& two_systems() {
@@ -58,7 +58,7 @@ double quantile(std::vector<double> values, double q) {
 // Doppler adds the position information of the rotating lines of sight: decimetres at most.
 TEST(PositionFilter, BeginsAsTheFix) {
   for (const bool doppler : {false, true}) {
-    TestDrive drive(two_systems(), kTime, kPlace, 1);
+    TestDrive drive(two_systems(), kTime, kPosition, 1);
     drive.doppler = doppler;
     Pair pair;
     const Fix first = pair.update(drive);
@@ -85,7 +85,7 @@ TEST(PositionFilter, BeginsAsTheFix) {
 // the start, is estimated first.
 TEST(PositionFilter, KeepsToTheTruthWithoutNoise) {
   for (const bool doppler : {true, false}) {
-    TestDrive drive(two_systems(), kTime, kPlace, 2);
+    TestDrive drive(two_systems(), kTime, kPosition, 2);
     drive.velocity_enu = {20, -9, 0.5};
     drive.bias_s = 4e-4;
     drive.drift = 3e-7;
@@ -125,7 +125,7 @@ TEST(PositionFilter, SbasSharesTheClockOfGps) {
   for (const bool with_gps : {true, false}) {
     const test::CircularSky sky(with_gps ? std::vector{System::GPS, System::Galileo, System::SBAS}
                                          : std::vector{System::Galileo, System::SBAS});
-    TestDrive drive(sky, kTime, kPlace, 2);
+    TestDrive drive(sky, kTime, kPosition, 2);
     drive.bias_s = 4e-4;
     drive.system_bias_m[System::Galileo] = 12;
     Pair pair({}, {}, sky);
@@ -152,7 +152,7 @@ std::pair<double, double> mean_nees(int epochs, bool doppler) {
   double position = 0;
   double velocity = 0;
   for (int run = 0; run < kRuns; ++run) {
-    TestDrive drive(two_systems(), kTime + 60.0 * run, kPlace, static_cast<std::uint64_t>(run));
+    TestDrive drive(two_systems(), kTime + 60.0 * run, kPosition, static_cast<std::uint64_t>(run));
     drive.velocity_enu = {8, -5, 0};
     drive.acceleration = {options.acceleration_horizontal, options.acceleration_horizontal,
                           options.acceleration_vertical};
@@ -194,7 +194,7 @@ TEST(PositionFilter, CovarianceIsThatOfTheErrors) {
 
 // At rest the error falls, below least squares by the reported covariances.
 TEST(PositionFilter, ConvergesBelowLeastSquares) {
-  TestDrive drive(two_systems(), kTime, kPlace, 3);
+  TestDrive drive(two_systems(), kTime, kPosition, 3);
   Pair pair;
   double filtered = 0;
   double squares = 0;
@@ -215,7 +215,7 @@ TEST(PositionFilter, ConvergesBelowLeastSquares) {
 TEST(PositionFilter, SameInputsSameAnswers) {
   std::vector<Eigen::Vector3d> answers[2];
   for (auto& each : answers) {
-    TestDrive drive(two_systems(), kTime, kPlace, 4);
+    TestDrive drive(two_systems(), kTime, kPosition, 4);
     drive.acceleration = {3, 3, 0.5};
     Pair pair;
     for (int i = 0; i < 30; ++i) {
@@ -230,7 +230,7 @@ TEST(PositionFilter, SameInputsSameAnswers) {
 
 // A straight drive coasts through an outage within its covariance, and recovers.
 TEST(PositionFilter, CoastsThroughAnOutage) {
-  TestDrive drive(two_systems(), kTime, kPlace, 5);
+  TestDrive drive(two_systems(), kTime, kPosition, 5);
   drive.velocity_enu = {12, 3, 0};
   Pair pair;
   for (int i = 0; i < 30; ++i) {
@@ -262,7 +262,7 @@ TEST(PositionFilter, CoastsThroughAnOutage) {
 }
 
 TEST(PositionFilter, AnswersWithFewerThanFourSatellites) {
-  TestDrive drive(two_systems(), kTime, kPlace, 6);
+  TestDrive drive(two_systems(), kTime, kPosition, 6);
   drive.velocity_enu = {10, -4, 0};
   Pair pair;
   for (int i = 0; i < 30; ++i) {
@@ -287,7 +287,7 @@ TEST(PositionFilter, AnswersWithFewerThanFourSatellites) {
 // The filter uses codes: with corrected ones it is differential, also with a solution of carrier phases, and
 // if too few satellites are left for least squares. A prediction uses no corrections.
 TEST(PositionFilter, SaysWhetherItsMeasurementsWereCorrected) {
-  TestDrive drive(two_systems(), kTime, kPlace, 6);
+  TestDrive drive(two_systems(), kTime, kPosition, 6);
   PositionFilter filter(PositionFilterOptions{}, FixOptions{});
   const auto update = [&](std::size_t satellites, FixKind solution) {
     std::vector<Measurement> measurements = drive.measure();
@@ -315,7 +315,7 @@ TEST(PositionFilter, SaysWhetherItsMeasurementsWereCorrected) {
 }
 
 TEST(PositionFilter, NothingBeforeTheFirstFix) {
-  TestDrive drive(two_systems(), kTime, kPlace, 7);
+  TestDrive drive(two_systems(), kTime, kPosition, 7);
   Pair pair;
   std::vector<Measurement> three = drive.measure();
   three.resize(3);
@@ -329,7 +329,7 @@ TEST(PositionFilter, NothingBeforeTheFirstFix) {
 // The receiver's clock is reset by whole milliseconds: time tag and pseudoranges jump together.
 TEST(PositionFilter, MillisecondJumpsOfTheClockDoNotShow) {
   for (const double jump : {-1e-3, 1e-3, 3e-3}) {
-    TestDrive drive(two_systems(), kTime, kPlace, 8);
+    TestDrive drive(two_systems(), kTime, kPosition, 8);
     drive.velocity_enu = {15, 0, 0};
     drive.drift = 1e-6;
     Pair pair;
@@ -350,7 +350,7 @@ TEST(PositionFilter, MillisecondJumpsOfTheClockDoNotShow) {
 }
 
 TEST(PositionFilter, AnotherStepOfTheClockIsLearned) {
-  TestDrive drive(two_systems(), kTime, kPlace, 9);
+  TestDrive drive(two_systems(), kTime, kPosition, 9);
   Pair pair;
   for (int i = 0; i < 60; ++i) {
     if (i == 30) drive.bias_s += 2.345678e-3;
@@ -365,7 +365,7 @@ TEST(PositionFilter, AnotherStepOfTheClockIsLearned) {
 // As in a phone's raw data: the clock of the pseudoranges is that of each epoch's own fix, around a constant;
 // Dopplers have the oscillator's drift.
 TEST(PositionFilter, ClockThatIsSetAnewAtEachEpoch) {
-  TestDrive drive(two_systems(), kTime, kPlace, 11);
+  TestDrive drive(two_systems(), kTime, kPosition, 11);
   drive.velocity_enu = {12, 3, 0};
   drive.drift = -1.4e-7;
   Pair pair;
@@ -388,7 +388,7 @@ TEST(PositionFilter, ClockThatIsSetAnewAtEachEpoch) {
 
 // 50 m on every twentieth pseudorange.
 TEST(PositionFilter, RejectsSpikes) {
-  TestDrive drive(two_systems(), kTime, kPlace, 10);
+  TestDrive drive(two_systems(), kTime, kPosition, 10);
   drive.velocity_enu = {10, 5, 0};
   drive.acceleration = {1, 1, 0.1};
   Pair pair;
@@ -427,7 +427,7 @@ TEST(PositionFilter, RejectsSpikes) {
 // A street from west to east: across it only satellites above 55 deg are in line of sight; half of the others
 // arrive by a detour of 10 to 70 m that is constant for 5 s, with the Doppler of a wall's mirror image.
 TEST(PositionFilter, StreetHasSmallerErrors) {
-  TestDrive drive(two_systems(), kTime, kPlace, 11);
+  TestDrive drive(two_systems(), kTime, kPosition, 11);
   Pair pair;
   std::vector<double> filtered, squares;
   std::map<gnss::SatelliteId, double> detour;
@@ -467,7 +467,7 @@ TEST(PositionFilter, StreetHasSmallerErrors) {
 // A jump by 300 m, as after a jump of the scene: all satellites fail the gate, and after coast_s the filter
 // restarts.
 TEST(PositionFilter, ComesBackFromAstray) {
-  TestDrive here(two_systems(), kTime, kPlace, 12);
+  TestDrive here(two_systems(), kTime, kPosition, 12);
   Pair pair;
   for (int i = 0; i < 30; ++i) {
     static_cast<void>(pair.update(here));
@@ -491,7 +491,7 @@ TEST(PositionFilter, ComesBackFromAstray) {
 
 // A new constellation whose first satellites are wrong is used later.
 TEST(PositionFilter, ConstellationToldWrongIsLearnedAnew) {
-  TestDrive drive(two_systems(), kTime, kPlace, 14);
+  TestDrive drive(two_systems(), kTime, kPosition, 14);
   Pair pair;
   for (int i = 0; i < 40; ++i) {
     std::vector<Measurement> measurements;
@@ -515,7 +515,7 @@ TEST(PositionFilter, ConstellationToldWrongIsLearnedAnew) {
 }
 
 TEST(PositionFilter, MasksAndWeightsAreTheFixs) {
-  TestDrive drive(two_systems(), kTime, kPlace, 15);
+  TestDrive drive(two_systems(), kTime, kPosition, 15);
   FixOptions fix;
   fix.elevation_mask_rad = geodesy::radians(30);
   fix.cn0_mask_dbhz = 35;
@@ -539,7 +539,7 @@ TEST(PositionFilter, MasksAndWeightsAreTheFixs) {
 }
 
 TEST(PositionFilter, RefusesTimeRunningBackwardsAndStaysAsItWas) {
-  TestDrive drive(two_systems(), kTime, kPlace, 16);
+  TestDrive drive(two_systems(), kTime, kPosition, 16);
   Pair pair;
   static_cast<void>(pair.update(drive));
   drive.advance(1);

@@ -127,7 +127,7 @@ void range_satellites(geodesy::GpsTime receiver_time, const std::vector<Measurem
   check_rows(satellites.size());
 }
 
-void place_satellite(RangedSatellite& satellite, const Eigen::Vector3d& receiver_ecef) {
+void update_satellite_geometry(RangedSatellite& satellite, const Eigen::Vector3d& receiver_ecef) {
   satellite.position = orbit::rotate_earth(satellite.state.position_m, satellite.flight_time_s);
   const Eigen::Vector3d towards = satellite.position - receiver_ecef;
   satellite.range_m = towards.norm();
@@ -138,8 +138,8 @@ void place_satellite(RangedSatellite& satellite, const Eigen::Vector3d& receiver
 void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& receiver_ecef,
              geodesy::GpsTime receiver_time, const FixOptions& options,
              const std::map<gnss::System, gnss::Klobuchar>& klobuchar, int looks) {
-  const geodesy::Geodetic place = geodesy::geodetic_from_ecef(receiver_ecef);
-  const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(place);
+  const geodesy::Geodetic geodetic = geodesy::geodetic_from_ecef(receiver_ecef);
+  const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(geodetic);
   const double sine_of_mask = std::sin(options.elevation_mask_rad);
   const bool weighs = options.weights.weighting == Weighting::Elevation;
   for (RangedSatellite& satellite : satellites) {
@@ -156,7 +156,7 @@ void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& recei
                                        {&options, &klobuchar, &satellite.state, nullptr, m.id,
                                         m.carrier_frequency_hz > 0 ? m.carrier_frequency_hz
                                                                    : satellite.state.carrier_frequency_hz,
-                                        receiver_time, place, look, m.ionosphere_share},
+                                        receiver_time, geodetic, look, m.ionosphere_share},
                                        of_terms_m)
                             .code;
     const double ionosphere_m = of_terms_m[static_cast<std::size_t>(receiver::RangeTermId::Ionosphere)];

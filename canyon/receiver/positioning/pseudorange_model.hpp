@@ -17,8 +17,8 @@
 
 namespace canyon::positioning {
 
-/// A measured satellite with its state at transmission, for fix and position filter. place_satellite() and
-/// look_up() update the fields that depend on the receiver's position.
+/// A measured satellite with its state at transmission, for fix and position filter.
+/// update_satellite_geometry() and look_up() update the fields that depend on the receiver's position.
 struct RangedSatellite {
   const Measurement* measured = nullptr;
   orbit::SatelliteState state;   ///< ECEF of the transmission instant
@@ -77,9 +77,9 @@ struct Clocks {
 /// Rotates the satellite by the Earth's rotation over the current flight time, and updates flight time, range
 /// and direction from `receiver_ecef`. From a known position three successive calls converge below 1e-9 m for
 /// any initial flight time: each leaves 1e-5 of the last one's error.
-void place_satellite(RangedSatellite& satellite, const Eigen::Vector3d& receiver_ecef);
+void update_satellite_geometry(RangedSatellite& satellite, const Eigen::Vector3d& receiver_ecef);
 
-/// Mask, atmosphere and elevation weights at `receiver_ecef`, after place_satellite().
+/// Mask, atmosphere and elevation weights at `receiver_ecef`, after update_satellite_geometry().
 /// @param looks number of earlier iterations. After three a masked satellite stays out, for convergence.
 ///
 /// Throws InputError if options.correct_ionosphere lacks coefficients.
@@ -97,7 +97,7 @@ struct DopplerEquation {
   double measured_mps = 0;  ///< -lambda D
   double sigma_mps = 1;
 };
-/// @param satellite after place_satellite(), with Doppler
+/// @param satellite after update_satellite_geometry(), with Doppler
 [[nodiscard]] DopplerEquation doppler_equation(const RangedSatellite& satellite);
 
 enum class Smoothing : std::uint8_t {

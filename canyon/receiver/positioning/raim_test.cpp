@@ -22,7 +22,7 @@ using gnss::System;
 using test::CircularSky;
 using test::TestDrive;
 
-const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
+const geodesy::Geodetic kPosition = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
 constexpr GpsTime kTime = CircularSky::kEpoch + std::chrono::hours(5);
 
 // Q computed with the inverse; and the closed form for a mean of n values: q = 1 - 1 / n.
@@ -83,7 +83,7 @@ TEST(Raim, FindsOneFaultOfTenSatellites) {
   constexpr int kRuns = 200;
   for (int run = 0; run < kRuns; ++run) {
     const GpsTime time = kTime + 60.0 * run;
-    TestDrive drive(many(), time, kPlace, static_cast<std::uint64_t>(run));
+    TestDrive drive(many(), time, kPosition, static_cast<std::uint64_t>(run));
     std::vector<Measurement> measurements = drive.measure();
     ASSERT_GE(measurements.size(), 10U);
     measurements.resize(10);
@@ -122,7 +122,7 @@ TEST(Raim, FalseAlarmsAreAsRareAsSet) {
       const GpsTime time = kTime + 40.0 * (run / 200);
       const int systems = 1 + run / 200 % 3;
       if (run % 200 == 0) {
-        TestDrive drive(sky(systems), time, kPlace, 1);
+        TestDrive drive(sky(systems), time, kPosition, 1);
         drive.sigma_m = 0;
         exact = drive.measure();
         for (Measurement& m : exact) m.sigma_m = 0.5 + 3 * random.uniform();
@@ -132,7 +132,7 @@ TEST(Raim, FalseAlarmsAreAsRareAsSet) {
         std::vector<Measurement> noisy = exact;
         for (Measurement& m : noisy) m.pseudorange_m += m.sigma_m * random.normal();
         const Fix fix =
-            solve_fix(time, noisy, sky(systems), options, {}, geodesy::ecef_from_geodetic(kPlace));
+            solve_fix(time, noisy, sky(systems), options, {}, geodesy::ecef_from_geodetic(kPosition));
         ASSERT_TRUE(fix.solved() && fix.consistent);
         if (!fix.excluded.empty() || fix.consistent == false) ++alarms;
       }
@@ -147,7 +147,7 @@ TEST(Raim, FindsTwoFaults) {
   constexpr int kRuns = 200;
   for (int run = 0; run < kRuns; ++run) {
     const GpsTime time = kTime + 60.0 * run;
-    TestDrive drive(sky(3), time, kPlace, static_cast<std::uint64_t>(run));
+    TestDrive drive(sky(3), time, kPosition, static_cast<std::uint64_t>(run));
     std::vector<Measurement> measurements = drive.measure();
     ASSERT_GE(measurements.size(), 14U);
     const std::size_t first = static_cast<std::size_t>(run) % measurements.size();
@@ -168,7 +168,7 @@ TEST(Raim, NothingStaysOutThatFitsIn) {
   int exclusions = 0;
   for (int run = 0; run < 300; ++run) {
     const GpsTime time = kTime + 60.0 * run;
-    TestDrive drive(sky(2), time, kPlace, static_cast<std::uint64_t>(run));
+    TestDrive drive(sky(2), time, kPosition, static_cast<std::uint64_t>(run));
     std::vector<Measurement> measurements = drive.measure();
     for (std::size_t i = 0; i < measurements.size(); i += 4) {
       measurements[i].pseudorange_m += 15 + 30 * drive.random().uniform();
@@ -197,7 +197,7 @@ TEST(Raim, NeedsRedundancy) {
     int found = 0;
     for (int run = 0; run < 50; ++run) {
       const GpsTime time = kTime + 60.0 * run;
-      TestDrive drive(many(), time, kPlace, static_cast<std::uint64_t>(run));
+      TestDrive drive(many(), time, kPosition, static_cast<std::uint64_t>(run));
       drive.sigma_m = 0.1;
       std::vector<Measurement> measurements = drive.measure();
       ASSERT_GE(measurements.size(), 6U);
@@ -228,7 +228,7 @@ TEST(Raim, NeedsRedundancy) {
 }
 
 TEST(Raim, StopsAtMaxExclusions) {
-  TestDrive drive(sky(3), kTime, kPlace, 3);
+  TestDrive drive(sky(3), kTime, kPosition, 3);
   std::vector<Measurement> measurements = drive.measure();
   for (std::size_t i = 0; i < 4; ++i) measurements[4 * i].pseudorange_m += 200 + 50 * static_cast<double>(i);
   for (const int most : {1, 2, 3}) {
@@ -247,7 +247,7 @@ TEST(Raim, StopsAtMaxExclusions) {
 
 TEST(Raim, LeavesAConsistentFixBitForBit) {
   for (int run = 0; run < 50; ++run) {
-    TestDrive drive(sky(3), kTime + 60.0 * run, kPlace, static_cast<std::uint64_t>(run));
+    TestDrive drive(sky(3), kTime + 60.0 * run, kPosition, static_cast<std::uint64_t>(run));
     const std::vector<Measurement> measurements = drive.measure();
     const Fix plain = solve_fix(kTime + 60.0 * run, measurements, sky(3), FixOptions{});
     const Fix fix = solve_fix(kTime + 60.0 * run, measurements, sky(3), with_raim(1e-9));
@@ -263,7 +263,7 @@ TEST(Raim, HalvesErrorsAmongDetours) {
   std::vector<double> plain, excluded;
   for (int run = 0; run < 1000; ++run) {
     const GpsTime time = kTime + 777.0 * run;
-    TestDrive drive(sky(3), time, kPlace, static_cast<std::uint64_t>(run));
+    TestDrive drive(sky(3), time, kPosition, static_cast<std::uint64_t>(run));
     std::vector<Measurement> measurements = drive.measure();
     while (measurements.size() > 18) {
       measurements.erase(

@@ -32,13 +32,13 @@ ModelState model_state(const RangeState& s) {
   const orbit::LineOfSight& line = s.view->line;
   return {&s.options->fix, s.klobuchar, &line.state,
           s.signal,        line.id,     s.carrier_hz,
-          s.time,          s.place,     {line.azimuth_rad, line.elevation_rad}};
+          s.time,          s.position,  {line.azimuth_rad, line.elevation_rad}};
 }
 
 /// Delays by the receivers' correction models [m].
 double modelled_m(const ModelState& s, bool ionosphere, bool troposphere) {
   return errors::atmosphere_m(ionosphere, troposphere, *s.klobuchar, s.id.system, s.carrier_hz, s.time,
-                              s.place, s.look);
+                              s.position, s.look);
 }
 
 CodeAndCarrier dispersive(double delay_m) {
@@ -67,7 +67,7 @@ double ionosphere_mps(const RangeState& s) {
   if (!s.options->ionosphere || s.before == nullptr) return 0;
   return central_mps(s, [&](const ShiftedAntenna& there, const geodesy::AzimuthElevation& look) {
     return errors::atmosphere_m(true, false, *s.klobuchar, s.view->line.id.system, s.carrier_hz,
-                                s.time + there.dt_s, there.place, look);
+                                s.time + there.dt_s, there.position, look);
   });
 }
 

@@ -38,7 +38,7 @@ struct ShiftedAntenna {
 
   double dt_s = 0;
   Eigen::Vector3d antenna_ecef = Eigen::Vector3d::Zero();
-  geodesy::Geodetic place;
+  geodesy::Geodetic position;
   Eigen::Matrix3d enu_from_ecef = Eigen::Matrix3d::Identity();
   double zenith_m = 0;  ///< delay in the troposphere
 };
@@ -51,7 +51,7 @@ struct RangeState {
   const gnss::Signal* signal = nullptr;
   double carrier_hz = 0;  ///< of the satellite's signal
   geodesy::GpsTime time;
-  geodesy::Geodetic place;  ///< of the antenna
+  geodesy::Geodetic position;  ///< of the antenna
   ClockReading clock{};
   double code_excess_m = 0, carrier_excess_m = 0;  ///< by paths, over the geometric range
   double code_noise_m = 0;
@@ -65,8 +65,8 @@ struct RangeState {
 };
 
 /// Inputs of a receiver's models of the terms: data from messages, and the receiver's own estimate of its
-/// position. Pointers must not be null unless noted; `klobuchar`, `place` and `look` are for terms of space
-/// only.
+/// position. Pointers must not be null unless noted; `klobuchar`, `position` and `look` are for terms of
+/// space only.
 struct ModelState {
   const positioning::FixOptions* fix = nullptr;  ///< selects the models of its corrections
   const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
@@ -75,7 +75,7 @@ struct ModelState {
   gnss::SatelliteId id;
   double carrier_hz = 0;
   geodesy::GpsTime time;
-  geodesy::Geodetic place;
+  geodesy::Geodetic position;
   geodesy::AzimuthElevation look;
   /// Fraction of the ionosphere in the pseudorange (positioning::Measurement::ionosphere_share).
   double ionosphere_share = 1;

@@ -24,7 +24,7 @@ using gnss::System;
 using test::CircularSky;
 using test::TestDrive;
 
-const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
+const geodesy::Geodetic kPosition = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
 constexpr GpsTime kTime = CircularSky::kEpoch + std::chrono::hours(5);
 
 const CircularSky& sky() {
@@ -74,11 +74,11 @@ Expected expected(const std::vector<Measurement>& measurements, const std::vecto
   const auto rows = static_cast<Eigen::Index>(measurements.size());
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(rows, 5);
   Eigen::VectorXd weight(rows), error(rows);
-  const Eigen::Vector3d truth = geodesy::ecef_from_geodetic(kPlace);
+  const Eigen::Vector3d truth = geodesy::ecef_from_geodetic(kPosition);
   for (Eigen::Index i = 0; i < rows; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const auto line = orbit::line_of_sight(sky(), measurements[k].id, kTime, truth);
-    a.block<1, 3>(i, 0) = -(geodesy::enu_from_ecef_rotation(kPlace) * line->direction_ecef).transpose();
+    a.block<1, 3>(i, 0) = -(geodesy::enu_from_ecef_rotation(kPosition) * line->direction_ecef).transpose();
     a(i, measurements[k].id.system == System::GPS ? 3 : 4) = 1;
     weight(i) = 1 / (sigma[k] * sigma[k]);
     error(i) = noise[k];
@@ -90,7 +90,7 @@ Expected expected(const std::vector<Measurement>& measurements, const std::vecto
 }
 
 TEST(SolveFix, EveryWeightingGivesItsLeastSquares) {
-  TestDrive drive(sky(), kTime, kPlace, 1);
+  TestDrive drive(sky(), kTime, kPosition, 1);
   drive.sigma_m = 0;
   drive.doppler = false;
   const std::vector<Measurement> exact = drive.measure();
@@ -139,7 +139,7 @@ TEST(SolveFix, EveryWeightingGivesItsLeastSquares) {
 
 // The weights depend on the elevation at the final position, not at the start.
 TEST(SolveFix, ElevationWeightsDoNotDependOnTheStart) {
-  TestDrive drive(sky(), kTime, kPlace, 3);
+  TestDrive drive(sky(), kTime, kPosition, 3);
   const std::vector<Measurement> measurements = drive.measure();
   FixOptions options;
   options.weights.weighting = Weighting::Elevation;
@@ -153,7 +153,7 @@ TEST(SolveFix, ElevationWeightsDoNotDependOnTheStart) {
 }
 
 TEST(SolveFix, SignalsBelowTheCn0MaskAreLeftOut) {
-  TestDrive drive(sky(), kTime, kPlace, 4);
+  TestDrive drive(sky(), kTime, kPosition, 4);
   std::vector<Measurement> measurements = drive.measure();
   for (std::size_t i = 0; i < measurements.size(); ++i) {
     if (i % 4 != 1) measurements[i].cn0_dbhz = i % 4 == 0 ? 24.9 : 25;
@@ -171,7 +171,7 @@ TEST(SolveFix, SignalsBelowTheCn0MaskAreLeftOut) {
 }
 
 TEST(SolveFix, PdopBeyondTheLimitIsNoFix) {
-  TestDrive drive(sky(), kTime, kPlace, 5);
+  TestDrive drive(sky(), kTime, kPosition, 5);
   const std::vector<Measurement> measurements = drive.measure();
   const Fix any = solve_fix(kTime, measurements, sky(), FixOptions{});
   ASSERT_TRUE(any.solved() && any.dop);
@@ -192,7 +192,7 @@ TEST(SolveFix, PdopBeyondTheLimitIsNoFix) {
 }
 
 TEST(SolveFix, RefusesACn0ThatIsNoNumber) {
-  TestDrive drive(sky(), kTime, kPlace, 6);
+  TestDrive drive(sky(), kTime, kPosition, 6);
   std::vector<Measurement> measurements = drive.measure();
   measurements[1].cn0_dbhz = std::numeric_limits<double>::infinity();
   try {

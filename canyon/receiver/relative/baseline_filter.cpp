@@ -112,7 +112,7 @@ bool BaselineFilter::go_to(geodesy::GpsTime to, const Fix& alone) {
     fixed_in_a_row_ = 0;
   }
   // If epochs are half a minute apart the position is new each time, and the ambiguities remain.
-  position_ = moving_ ? base_place_ : alone.position_ecef;
+  position_ = moving_ ? base_position_ : alone.position_ecef;
   for (Index i = 0; i < 3; ++i) {
     state_.reset(BaselineState::kPosition + i, 0, kUnknownPosition_m * kUnknownPosition_m);
     state_.reset(BaselineState::kVelocity + i, 0, kUnknownPosition_m * kUnknownPosition_m);
@@ -166,11 +166,11 @@ void BaselineFilter::compare_carriers() {
 }
 
 void BaselineFilter::update_delays() {
-  const double baseline_m = (position_ - base_place_).norm();
+  const double baseline_m = (position_ - base_position_).norm();
   ionosphere_sigma_m_ =
       baseline_m < kIonosphereFrom_m ? 0 : std::max(1e-3, options_.ionosphere_gradient * baseline_m);
   const double height_m = std::abs(geodesy::geodetic_from_ecef(position_).height_m -
-                                   geodesy::geodetic_from_ecef(base_place_).height_m);
+                                   geodesy::geodetic_from_ecef(base_position_).height_m);
   troposphere_sigma_m_ = baseline_m < kTroposphereFrom_m && height_m < 200
                              ? 0
                              : options_.troposphere_gradient * baseline_m + 1e-5 * height_m;
@@ -220,10 +220,10 @@ std::optional<positioning::Dop> BaselineFilter::dop_of(const std::vector<gnss::S
 void BaselineFilter::take(const Corrections& corrections, std::vector<ObservedMinusComputed> of_base) {
   base_ = std::move(of_base);
   // With a moving base the filter tracks the baseline: the position moves with the base's.
-  if (started_ && corrections.moving) position_ += corrections.station_ecef - base_place_;
+  if (started_ && corrections.moving) position_ += corrections.station_ecef - base_position_;
   if (corrections.moving != moving_ || (station_ && *station_ != corrections.station)) started_ = false;
   moving_ = corrections.moving;
-  base_place_ = corrections.station_ecef;
+  base_position_ = corrections.station_ecef;
   station_ = corrections.station;
   base_time_ = corrections.receiver_time;
 }
@@ -245,8 +245,8 @@ void BaselineFilter::state_answer(const std::optional<WholeNumbers>& fixed, doub
   positioning::Baseline& baseline = fix.baseline.emplace();
   baseline.kind = fix.solution;
   baseline.moving_base = moving_;
-  baseline.base_ecef = base_place_;
-  baseline.vector_enu = enu * (fix.position_ecef - base_place_);
+  baseline.base_ecef = base_position_;
+  baseline.vector_enu = enu * (fix.position_ecef - base_position_);
   baseline.covariance_enu = fix.covariance_enu;
   if (fixed && fixed->ratio > 0) baseline.ratio = fixed->ratio;
   baseline.used = fix.used;

@@ -121,7 +121,7 @@ class BaselineFilter {
   double ionosphere_sigma_m_ = 0, troposphere_sigma_m_ = 0;
   DopplerSlips doppler_slips_;
 
-  Eigen::Vector3d base_place_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d base_position_ = Eigen::Vector3d::Zero();
   bool moving_ = false;
   geodesy::GpsTime base_time_;  // by its clock
   std::optional<int> station_;

@@ -271,12 +271,12 @@ std::optional<IntegerSolution> short_search(const VectorXd& real, const MatrixXd
   std::iota(order.begin(), order.end(), Index{0});
   std::sort(order.begin(), order.end(),
             [&](Index a, Index b) { return covariance(a, a) > covariance(b, b); });
-  const auto place = [&](Index i) { return order[static_cast<std::size_t>(i)]; };
+  const auto index = [&](Index i) { return order[static_cast<std::size_t>(i)]; };
   MatrixXd ordered(n, n);
   VectorXd z(n);
   for (Index i = 0; i < n; ++i) {
-    z(i) = real(place(i)) - origin(place(i));
-    for (Index j = 0; j < n; ++j) ordered(i, j) = covariance(place(i), place(j));
+    z(i) = real(index(i)) - origin(index(i));
+    for (Index j = 0; j < n; ++j) ordered(i, j) = covariance(index(i), index(j));
   }
   const Triangular factors = triangular(ordered);
   if (factors.d.size() < n) return std::nullopt;
@@ -287,7 +287,7 @@ std::optional<IntegerSolution> short_search(const VectorXd& real, const MatrixXd
   if (!search.run(static_cast<int>(kShortSearch * n), ratios)) return std::nullopt;
   VectorXd found[] = {origin, origin};
   for (Index i = 0; i < n; ++i)
-    for (int k = 0; k < 2; ++k) found[k](place(i)) += search.found[k](i);
+    for (int k = 0; k < 2; ++k) found[k](index(i)) += search.found[k](i);
   return IntegerSolution{found[0], found[1], search.distance[0], search.distance[1], success};
 }
 

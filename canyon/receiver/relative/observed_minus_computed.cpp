@@ -29,7 +29,7 @@ bool before(const ObservedMinusComputed& a, const ObservedMinusComputed& b) {
 
 std::vector<ObservedMinusComputed> observed_minus_computed(
     geodesy::GpsTime receiver_time, std::span<const SignalMeasurement> observations, const orbit::Sky& sky,
-    const positioning::FixOptions& options, const Eigen::Vector3d& place,
+    const positioning::FixOptions& options, const Eigen::Vector3d& point,
     const std::map<gnss::System, gnss::Klobuchar>& klobuchar) {
   // Signals of a satellite leave it within nanoseconds: one state is enough.
   std::vector<Measurement> firsts;
@@ -37,7 +37,7 @@ std::vector<ObservedMinusComputed> observed_minus_computed(
     if (firsts.empty() || firsts.back().id != seen.measurement.id) firsts.push_back(seen.measurement);
   std::vector<RangedSatellite> satellites;
   range_satellites(receiver_time, firsts, sky, {}, satellites);
-  const geodesy::Geodetic geodetic = geodesy::geodetic_from_ecef(place);
+  const geodesy::Geodetic geodetic = geodesy::geodetic_from_ecef(point);
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(geodetic);
 
   // A receiver without any C/N0 is assumed to be in the open.
@@ -49,7 +49,7 @@ std::vector<ObservedMinusComputed> observed_minus_computed(
   std::vector<ObservedMinusComputed> result;
   result.reserve(observations.size());
   for (RangedSatellite& satellite : satellites) {
-    for (int i = 0; i < 3; ++i) place_satellite(satellite, place);
+    for (int i = 0; i < 3; ++i) update_satellite_geometry(satellite, point);
     const Eigen::Vector3d enu = enu_from_ecef * satellite.direction;
     const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(enu);
     if (look.elevation_rad < options.elevation_mask_rad || look.elevation_rad == 0) continue;

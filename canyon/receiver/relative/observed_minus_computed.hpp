@@ -40,7 +40,7 @@ struct ObservedMinusComputed {
 /// Throws InputError for measurements that are not numbers.
 [[nodiscard]] std::vector<ObservedMinusComputed> observed_minus_computed(
     geodesy::GpsTime receiver_time, std::span<const SignalMeasurement> observations, const orbit::Sky& sky,
-    const positioning::FixOptions& options, const Eigen::Vector3d& place,
+    const positioning::FixOptions& options, const Eigen::Vector3d& point,
     const std::map<gnss::System, gnss::Klobuchar>& klobuchar = {});
 
 /// Whether `a` comes before `b` in this order.

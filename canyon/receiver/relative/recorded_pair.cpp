@@ -57,12 +57,12 @@ void check_common(const RecordedEpochs& rover, const RecordedEpochs& base, const
 }  // namespace
 
 RecordedEpochs recorded_epochs(const std::vector<rinex::ObservationEpoch>& recorded, const orbit::Sky& sky,
-                               const std::optional<Eigen::Vector3d>& place) {
+                               const std::optional<Eigen::Vector3d>& point) {
   RecordedSignals signals(sky);
   RecordedEpochs result;
   for (const rinex::ObservationEpoch& epoch : recorded) {
     Corrections of_epoch;
-    const auto stated = place || !epoch.header ? place : epoch.header->antenna_ecef();
+    const auto stated = point || !epoch.header ? point : epoch.header->antenna_ecef();
     of_epoch.station_ecef = stated.value_or(Eigen::Vector3d::Constant(std::nan("")));
     of_epoch.receiver_time = epoch.receiver_time;
     of_epoch.observations = signals.next(epoch);

@@ -43,7 +43,7 @@ using RecordedEpochs = std::vector<std::shared_ptr<const Corrections>>;
 /// @param place replaces that position, ECEF [m]; NaN if both are unknown. Not used for a rover
 [[nodiscard]] RecordedEpochs recorded_epochs(const std::vector<rinex::ObservationEpoch>& recorded,
                                              const orbit::Sky& sky,
-                                             const std::optional<Eigen::Vector3d>& place = {});
+                                             const std::optional<Eigen::Vector3d>& point = {});
 
 /// Solves each epoch of the rover with the latest epoch of the base that is not later, in order of time:
 /// fixed, float, or the single-epoch fix.

@@ -54,8 +54,8 @@ class RecordedPair : public ::testing::Test {
     options.fix.correct_troposphere = true;
   }
 
-  [[nodiscard]] RecordedEpochs base(const Geodetic& place = kBase) const {
-    return recorded_epochs(recorded_base, *sky, geodesy::ecef_from_geodetic(place));
+  [[nodiscard]] RecordedEpochs base(const Geodetic& position = kBase) const {
+    return recorded_epochs(recorded_base, *sky, geodesy::ecef_from_geodetic(position));
   }
   [[nodiscard]] std::vector<PairEpoch> solve(const RecordedEpochs& of_base) const {
     return solve_pair(recorded_epochs(rover, *sky), of_base, *sky, navigation.klobuchar, options);
@@ -77,19 +77,20 @@ class RecordedPair : public ::testing::Test {
   PairOptions options;
 };
 
-Eigen::Vector3d error_enu(const positioning::Fix& fix, const Geodetic& place = kRover) {
-  return geodesy::enu_from_ecef_rotation(place) * (fix.position_ecef - geodesy::ecef_from_geodetic(place));
+Eigen::Vector3d error_enu(const positioning::Fix& fix, const Geodetic& position = kRover) {
+  return geodesy::enu_from_ecef_rotation(position) *
+         (fix.position_ecef - geodesy::ecef_from_geodetic(position));
 }
 
 struct Outcome {
   double fixed = 0;                  // fraction of epochs
   double median_m = 0, worst_m = 0;  // error while fixed
 };
-Outcome outcome(const std::vector<PairEpoch>& epochs, const Geodetic& place = kRover) {
+Outcome outcome(const std::vector<PairEpoch>& epochs, const Geodetic& position = kRover) {
   std::vector<double> errors;
   for (const PairEpoch& epoch : epochs) {
     if (epoch.fix.kind() != positioning::FixKind::Fixed) continue;
-    errors.push_back(error_enu(epoch.fix, place).norm());
+    errors.push_back(error_enu(epoch.fix, position).norm());
   }
   std::sort(errors.begin(), errors.end());
   if (errors.empty()) return {};
@@ -353,9 +354,9 @@ TEST_F(RecordedPair, StatesWhatItErrsBesideAMovingBase) {
 TEST_F(RecordedPair, AWrongPlaceOfTheBaseIsInTheFix) {
   const Eigen::Vector3d wrong_enu(20, -10, 5);
   const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(kBase);
-  const Geodetic place =
+  const Geodetic position =
       geodesy::geodetic_from_ecef(geodesy::ecef_from_geodetic(kBase) + enu.transpose() * wrong_enu);
-  const auto epochs = solve(base(place));
+  const auto epochs = solve(base(position));
   EXPECT_LT((error_enu(epochs.back().fix) - wrong_enu).norm(), 0.05);
 }
 

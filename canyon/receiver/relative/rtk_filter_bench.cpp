@@ -26,9 +26,9 @@ const orbit::BroadcastSky& sky() {
 }
 
 /// Measurements without errors, of at most `satellites`.
-std::vector<SignalMeasurement> measure(const geodesy::Geodetic& place, geodesy::GpsTime time,
+std::vector<SignalMeasurement> measure(const geodesy::Geodetic& position, geodesy::GpsTime time,
                                        std::size_t satellites, std::size_t bands) {
-  const Eigen::Vector3d antenna = geodesy::ecef_from_geodetic(place);
+  const Eigen::Vector3d antenna = geodesy::ecef_from_geodetic(position);
   std::vector<SignalMeasurement> result;
   std::size_t count = 0;
   for (const gnss::SatelliteId id : sky().satellites()) {

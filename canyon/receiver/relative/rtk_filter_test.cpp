@@ -22,8 +22,8 @@ using gnss::System;
 using positioning::Fix;
 
 constexpr GpsTime kTime = test::CircularSky::kEpoch + std::chrono::hours(5);
-const geodesy::Geodetic kRoverPlace = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
-const geodesy::Geodetic kBasePlace = geodesy::Geodetic::from_degrees(22.304, 114.18, 30);
+const geodesy::Geodetic kRoverPosition = geodesy::Geodetic::from_degrees(22.3, 114.18, 30);
+const geodesy::Geodetic kBasePosition = geodesy::Geodetic::from_degrees(22.304, 114.18, 30);
 
 const test::CircularSky& sky() {
   static const test::CircularSky circular({System::GPS, System::Galileo, System::BeiDou});
@@ -31,8 +31,8 @@ const test::CircularSky& sky() {
 }
 
 /// Measurements at L1 without errors, of an antenna at rest.
-std::vector<SignalMeasurement> measure(const geodesy::Geodetic& place, GpsTime time) {
-  const Eigen::Vector3d antenna = geodesy::ecef_from_geodetic(place);
+std::vector<SignalMeasurement> measure(const geodesy::Geodetic& position, GpsTime time) {
+  const Eigen::Vector3d antenna = geodesy::ecef_from_geodetic(position);
   const auto metres = [&](gnss::SatelliteId id, GpsTime at) {
     const auto line = orbit::line_of_sight(sky(), id, at, antenna);
     return line->range_m - kSpeedOfLight * line->state.clock_bias_s;
@@ -69,11 +69,11 @@ class Rtk {
       const std::function<void(Fix&)>& change = [](Fix&) {}) {
     const GpsTime time = kTime + static_cast<double>(++epoch_);
     Corrections base;
-    base.station_ecef = geodesy::ecef_from_geodetic(kBasePlace);
+    base.station_ecef = geodesy::ecef_from_geodetic(kBasePosition);
     base.receiver_time = time;
-    base.observations = measure(kBasePlace, time);
+    base.observations = measure(kBasePosition, time);
     filter_.take(base, sky());
-    std::vector<SignalMeasurement> rover = measure(kRoverPlace, time);
+    std::vector<SignalMeasurement> rover = measure(kRoverPosition, time);
     spoil(rover);
     std::vector<positioning::Measurement> codes;
     for (const SignalMeasurement& m : rover) codes.push_back(m.measurement);
@@ -89,7 +89,7 @@ class Rtk {
 };
 
 double error_m(const Fix& fix) {
-  return (fix.position_ecef - geodesy::ecef_from_geodetic(kRoverPlace)).norm();
+  return (fix.position_ecef - geodesy::ecef_from_geodetic(kRoverPosition)).norm();
 }
 
 // A position filter's fix whose accuracy exceeds its limit has no position; the epoch's velocity is known.

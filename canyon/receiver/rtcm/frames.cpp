@@ -88,20 +88,20 @@ const Masks& masks(System system) {
 
 int mask_number(gnss::SatelliteId id) {
   const Masks& m = masks(id.system);
-  const int place = id.number - m.offset;
-  return place >= 1 && place <= m.satellites ? place : 0;
+  const int index = id.number - m.offset;
+  return index >= 1 && index <= m.satellites ? index : 0;
 }
 
-std::optional<gnss::SatelliteId> satellite_at(System system, int place) {
+std::optional<gnss::SatelliteId> satellite_at(System system, int index) {
   const Masks& m = masks(system);
-  if (place < 1 || place > m.satellites) return std::nullopt;
-  return gnss::SatelliteId{system, static_cast<std::uint8_t>(place + m.offset)};
+  if (index < 1 || index > m.satellites) return std::nullopt;
+  return gnss::SatelliteId{system, static_cast<std::uint8_t>(index + m.offset)};
 }
 
-std::string_view rinex_code(System system, int place) {
+std::string_view rinex_code(System system, int index) {
   const std::string_view signals = masks(system).signals;
-  const auto at = 2 * static_cast<std::size_t>(std::max(place - 1, 0));
-  if (place < 1 || at >= signals.size() || signals[at] == '.') return {};
+  const auto at = 2 * static_cast<std::size_t>(std::max(index - 1, 0));
+  if (index < 1 || at >= signals.size() || signals[at] == '.') return {};
   return signals.substr(at, 2);
 }
 

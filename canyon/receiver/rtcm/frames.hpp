@@ -48,10 +48,10 @@ inline constexpr std::array kMsmSystems{gnss::System::GPS,  gnss::System::GLONAS
 /// Bit number in the mask of satellites (DF394), 1 to 64; 0: none.
 [[nodiscard]] int mask_number(gnss::SatelliteId id);
 /// The satellite of a bit in the mask, 1 to 64; empty for reserved ones.
-[[nodiscard]] std::optional<gnss::SatelliteId> satellite_at(gnss::System system, int place);
+[[nodiscard]] std::optional<gnss::SatelliteId> satellite_at(gnss::System system, int index);
 
 /// RINEX code of a bit in the mask of signals (DF395), 1 to 32: "1C"; empty for reserved ones.
-[[nodiscard]] std::string_view rinex_code(gnss::System system, int place);
+[[nodiscard]] std::string_view rinex_code(gnss::System system, int index);
 
 /// DF407 (table 3.5-75: 0 to 704) or, not extended, DF402 (table 3.5-74: 0 to 15) of a phase that has been
 /// continuous for `seconds` >= 0 [s].

@@ -91,8 +91,10 @@ class CorrectionsDecoder::Fields {
   int number_ = 0;
 };
 
-CorrectionsDecoder::CorrectionsDecoder(ChannelTable glonass_channel, bool needs_place, RangeTable ranges)
-    : glonass_channel_(std::move(glonass_channel)), ranges_(std::move(ranges)), needs_place_(needs_place) {}
+CorrectionsDecoder::CorrectionsDecoder(ChannelTable glonass_channel, bool needs_position, RangeTable ranges)
+    : glonass_channel_(std::move(glonass_channel)),
+      ranges_(std::move(ranges)),
+      needs_position_(needs_position) {}
 
 CorrectionsDecoder::Epochs CorrectionsDecoder::feed(std::string_view bytes, GpsTime now) {
   Epochs complete;
@@ -121,7 +123,7 @@ void CorrectionsDecoder::read(const Bits& message, GpsTime now, Epochs& complete
   Fields fields(message);
   const int number = fields.number();
   ++status_.messages[number];
-  if (number == 1005 || number == 1006) return read_place(fields);
+  if (number == 1005 || number == 1006) return read_station_position(fields);
   if (number == 1007 || number == 1008 || number == 1033) return read_names(fields);
   if (number == 1230) return read_biases(fields);
   if ((number >= 1001 && number <= 1004) || (number >= 1009 && number <= 1012))
@@ -172,7 +174,7 @@ const relative::GlonassBiases& CorrectionsDecoder::glonass_bias_m() const {
   return of == nullptr ? kNone : *of->glonass_bias_m;
 }
 
-void CorrectionsDecoder::read_place(Fields& fields) {
+void CorrectionsDecoder::read_station_position(Fields& fields) {
   constexpr double kLowest_m = -10e3, kHighest_m = 100e3;
   Station& of = station(fields.count(12));
   fields.take(6 + 4);  // DF021 to DF024, DF141
@@ -185,7 +187,7 @@ void CorrectionsDecoder::read_place(Fields& fields) {
   const double height_m = geodesy::geodetic_from_ecef(ecef).height_m;
   if (!(height_m > kLowest_m && height_m < kHighest_m))
     return problem(fields, "the position is not within 10 km below and 100 km above the Earth's ellipsoid");
-  of.place_ecef = ecef;
+  of.antenna_position_ecef = ecef;
 }
 
 void CorrectionsDecoder::read_names(Fields& fields) {
@@ -241,18 +243,19 @@ void CorrectionsDecoder::begin(GpsTime time, Epochs& complete) {
 
 void CorrectionsDecoder::give(Epochs& complete) {
   if (!epoch_ || !std::exchange(epoch_->news, false)) return;
-  const Station* const placed = describing([](const Station& s) { return s.place_ecef.has_value(); });
-  if (needs_place_ && placed == nullptr) {
+  const Station* const posed =
+      describing([](const Station& s) { return s.antenna_position_ecef.has_value(); });
+  if (needs_position_ && posed == nullptr) {
     ++status_.epochs_held_back;
     return;
   }
-  complete_milliseconds(placed != nullptr ? *placed->place_ecef : Eigen::Vector3d::Zero());
+  complete_milliseconds(posed != nullptr ? *posed->antenna_position_ecef : Eigen::Vector3d::Zero());
   epoch_->news = false;
   if (epoch_->observations.empty()) return;
   ++status_.epochs;
   relative::Corrections corrections;
   corrections.station = observing_;
-  if (placed != nullptr) corrections.station_ecef = *placed->place_ecef;
+  if (posed != nullptr) corrections.station_ecef = *posed->antenna_position_ecef;
   if (const Station* const named = describing([](const Station& s) { return !s.antenna_name.empty(); })) {
     corrections.antenna_name = named->antenna_name;
     corrections.receiver_name = named->receiver_name;
@@ -263,7 +266,7 @@ void CorrectionsDecoder::give(Epochs& complete) {
 }
 
 /// Adds the epoch's observations without whole milliseconds, completed if these are found.
-void CorrectionsDecoder::complete_milliseconds(const Eigen::Vector3d& place) {
+void CorrectionsDecoder::complete_milliseconds(const Eigen::Vector3d& point) {
   const std::vector<Observation> partial = std::exchange(epoch_->partial, {});
   const auto left_out = [this](const Observation& o, std::string_view why) {
     ++status_.problems[fmt::format(
@@ -273,7 +276,7 @@ void CorrectionsDecoder::complete_milliseconds(const Eigen::Vector3d& place) {
   std::vector<const Observation*> predicted;
   std::vector<PartialRange> ranges;
   for (const Observation& o : partial) {
-    const auto range_m = ranges_ ? ranges_(o.id, epoch_->time, place) : std::nullopt;
+    const auto range_m = ranges_ ? ranges_(o.id, epoch_->time, point) : std::nullopt;
     if (!range_m) {
       left_out(o, ranges_ ? "no ephemeris of the satellite, or no position of the station"
                           : "they need ephemerides and the position of the station (canyon rtk); or have the "
@@ -361,8 +364,8 @@ double wrapped(double value, double unit) {
 
 RangeTable range_table(std::shared_ptr<const orbit::Sky> sky, const Eigen::Vector3d& fallback) {
   return [sky = std::move(sky), fallback](gnss::SatelliteId id, geodesy::GpsTime reception,
-                                          const Eigen::Vector3d& place) -> std::optional<double> {
-    const Eigen::Vector3d& at = place.isZero() ? fallback : place;
+                                          const Eigen::Vector3d& point) -> std::optional<double> {
+    const Eigen::Vector3d& at = point.isZero() ? fallback : point;
     if (at.isZero()) return std::nullopt;
     const auto seen = orbit::line_of_sight(*sky, id, reception, at);
     if (!seen) return std::nullopt;
@@ -484,10 +487,10 @@ void CorrectionsDecoder::read_msm(Fields& fields, GpsTime now, Epochs& complete)
 
   std::size_t cell = 0, satellite = 0;
   int mask_at = 0;
-  for (int place = 1; place <= 64; ++place) {
-    if ((satellites >> (64 - place) & 1) == 0) continue;
+  for (int index = 1; index <= 64; ++index) {
+    if ((satellites >> (64 - index) & 1) == 0) continue;
     const std::size_t k = satellite++;
-    const auto sv = satellite_at(system, place);
+    const auto sv = satellite_at(system, index);
     if (sv && glonass && rates && extended[k] <= 13) channels_[*sv] = static_cast<int>(extended[k]) - 7;
     if (!sv) problem(fields, "a satellite's number is reserved");
     const double range_ms =

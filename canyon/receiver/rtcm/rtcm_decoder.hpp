@@ -27,7 +27,7 @@ namespace canyon::rtcm {
 /// satellite's clock. Within 1 km of the measured one. Empty if the satellite is unknown then.
 /// @param place of the station, ECEF [m]; zeros if it has not reported it
 using RangeTable = std::function<std::optional<double>(gnss::SatelliteId, geodesy::GpsTime reception,
-                                                       const Eigen::Vector3d& place)>;
+                                                       const Eigen::Vector3d& position)>;
 /// By the ephemerides of a sky. @param fallback a position within 50 km of a station that reports none [m]
 [[nodiscard]] RangeTable range_table(std::shared_ptr<const orbit::Sky> sky,
                                      const Eigen::Vector3d& fallback = Eigen::Vector3d::Zero());
@@ -93,9 +93,9 @@ class CorrectionsDecoder {
 
   /// @param glonass_channel called if none of MSM5, MSM7, 1012 and 1020 has given the channel. Without a
   /// channel, phase and Doppler are ignored, and the carrier frequency is that of channel 0.
-  /// @param needs_place false: a rover's stream, whose epochs without 1005 or 1006 have zeros as position
+  /// @param needs_position false: a rover's stream, whose epochs without 1005 or 1006 have zeros as position
   /// @param ranges completes pseudoranges without whole milliseconds
-  explicit CorrectionsDecoder(ChannelTable glonass_channel = {}, bool needs_place = true,
+  explicit CorrectionsDecoder(ChannelTable glonass_channel = {}, bool needs_position = true,
                               RangeTable ranges = {});
 
   /// Epochs completed by these bytes, in order. An epoch is complete at its last message (DF393, DF005), or
@@ -139,7 +139,7 @@ class CorrectionsDecoder {
   using SignalKey = std::pair<gnss::SatelliteId, std::size_t>;  ///< index_of() the signal
   /// The contents of messages without observations.
   struct Station {
-    std::optional<Eigen::Vector3d> place_ecef;
+    std::optional<Eigen::Vector3d> antenna_position_ecef;
     std::string antenna_name, receiver_name;
     std::optional<relative::GlonassBiases> glonass_bias_m;
     bool observes = false;
@@ -160,13 +160,13 @@ class CorrectionsDecoder {
   };
 
   void read(const broadcast::Bits& message, geodesy::GpsTime now, Epochs& complete);
-  void read_place(Fields& fields);
+  void read_station_position(Fields& fields);
   void read_names(Fields& fields);
   void read_biases(Fields& fields);
   void read_msm(Fields& fields, geodesy::GpsTime now, Epochs& complete);
   void read_legacy(Fields& fields, geodesy::GpsTime now, Epochs& complete);
   void add(const Observation& observation);
-  void complete_milliseconds(const Eigen::Vector3d& place);
+  void complete_milliseconds(const Eigen::Vector3d& point);
   void problem(const Fields& fields, std::string_view what);
   Station& station(int id);
   void observe(int id);
@@ -183,7 +183,7 @@ class CorrectionsDecoder {
   DecoderStatus status_;
   std::map<int, Station> stations_;
   int observing_ = -1;  ///< station of the last observations
-  bool needs_place_;
+  bool needs_position_;
   std::map<gnss::SatelliteId, int> channels_;
   std::map<SignalKey, Arc> arcs_;
   std::optional<Epoch> epoch_;

@@ -110,7 +110,7 @@ TEST(RtcmDecoder, ValuesComeBackToTheirResolution) {
   std::mt19937 random(1);
   for (int kind = 4; kind <= 7; ++kind) {
     const auto cells = random_cells(random);
-    std::string bytes = "$GNGGA,*00\r\n" + frame(place()) + "\xB5\x62\xD3\x01\xD3";
+    std::string bytes = "$GNGGA,*00\r\n" + frame(station_message()) + "\xB5\x62\xD3\x01\xD3";
     for (const auto& [system, list] : cells)
       bytes += frame(msm(system, kind, kTime, list, system != System::SBAS)) + "$GNRMC\r\n";
     std::uniform_int_distribution<std::size_t> some(1, 300);
@@ -127,7 +127,7 @@ TEST(RtcmDecoder, ValuesComeBackToTheirResolution) {
       const relative::Corrections& epoch = *epochs[0];
       EXPECT_EQ(epoch.receiver_time, kTime);
       EXPECT_EQ(epoch.station, 7);
-      EXPECT_LT((epoch.station_ecef - kPlace).norm(), 1e-4);
+      EXPECT_LT((epoch.station_ecef - kPosition).norm(), 1e-4);
       std::map<std::pair<gnss::SatelliteId, std::string_view>, const positioning::Measurement*> seen;
       for (const auto& o : epoch.observations) seen[{o.measurement.id, o.signal->code}] = &o.measurement;
       std::size_t expected = 0;
@@ -169,7 +169,8 @@ TEST(RtcmDecoder, ValuesComeBackToTheirResolution) {
 }
 
 TEST(RtcmDecoder, WithoutChannelGlonassHasNoPhase) {
-  const std::string bytes = frame(place()) + frame(msm(System::GLONASS, 4, kTime, {some_cell("R03", "1C")}));
+  const std::string bytes =
+      frame(station_message()) + frame(msm(System::GLONASS, 4, kTime, {some_cell("R03", "1C")}));
   CorrectionsDecoder decoder;
   const auto epochs = decode(decoder, bytes);
   ASSERT_EQ(epochs.size(), 1U);
@@ -193,7 +194,7 @@ TEST(RtcmDecoder, BestCodeOfASignalIsTaken) {
   Cell data = some_cell("G07", "2S"), both = some_cell("G07", "2X"), encrypted = some_cell("G07", "2W");
   both.range_m += 10;
   const auto epochs =
-      decode(decoder, frame(place()) + frame(msm(System::GPS, 7, kTime, {encrypted, data, both})));
+      decode(decoder, frame(station_message()) + frame(msm(System::GPS, 7, kTime, {encrypted, data, both})));
   ASSERT_EQ(epochs.size(), 1U);
   ASSERT_EQ(epochs[0]->observations.size(), 2U);
   EXPECT_EQ(epochs[0]->observations[0].signal->name, "L2C");
@@ -215,7 +216,7 @@ TEST(RtcmDecoder, BestCodeOfASignalIsTaken) {
 /// Whether each epoch's phase of G07 restarts, for epochs with these lock times [s].
 std::vector<bool> slips(int kind, double interval_s, const std::vector<double>& locks) {
   CorrectionsDecoder decoder;
-  (void)decode(decoder, frame(place()));
+  (void)decode(decoder, frame(station_message()));
   std::vector<bool> seen;
   std::optional<GpsTime> since;
   GpsTime time = kTime;
@@ -260,7 +261,7 @@ TEST(RtcmDecoder, WeeksAndDaysEnd) {
   for (const double before : {5.0, 0.001, -0.001, -14.0, -18.0}) {
     for (const double now : {-3600.0, -1.0, 1.0, 3600.0}) {
       CorrectionsDecoder decoder;
-      std::string bytes = frame(place());
+      std::string bytes = frame(station_message());
       for (const System system : {System::GPS, System::GLONASS, System::BeiDou}) {
         const char* id = system == System::GPS ? "G07" : system == System::GLONASS ? "R07" : "C21";
         bytes += frame(msm(system, 7, end - before, {some_cell(id, system == System::BeiDou ? "2I" : "1C")},
@@ -282,7 +283,7 @@ TEST(RtcmDecoder, EpochsEndWithTheirLastMessageOrTheNextTime) {
   const auto galileo = [](double s, bool more) {
     return frame(msm(System::Galileo, 5, kTime + s, {some_cell("E07", "1C")}, more));
   };
-  EXPECT_EQ(decode(decoder, frame(place()) + gps(0, true)).size(), 0U);
+  EXPECT_EQ(decode(decoder, frame(station_message()) + gps(0, true)).size(), 0U);
   auto epochs = decode(decoder, gps(1, true));  // the last message of 0 s was lost
   ASSERT_EQ(epochs.size(), 1U);
   EXPECT_EQ(epochs[0]->receiver_time, kTime);
@@ -308,19 +309,20 @@ TEST(RtcmDecoder, EpochsWithoutAPlaceAreHeldBack) {
   // The stream starts in the middle of a frame.
   EXPECT_TRUE(decode(decoder, observations(0, 7).substr(9) + observations(1, 7)).empty());
   EXPECT_EQ(decoder.status().epochs_held_back, 1U);
-  auto epochs = decode(decoder, frame(place(kPlace, 7, 1.5)) + observations(2, 7));
+  auto epochs = decode(decoder, frame(station_message(kPosition, 7, 1.5)) + observations(2, 7));
   ASSERT_EQ(epochs.size(), 1U);
-  EXPECT_LT((epochs[0]->station_ecef - kPlace).norm(),
+  EXPECT_LT((epochs[0]->station_ecef - kPosition).norm(),
             1e-4);  // of the antenna, independent of the height over the marker
   EXPECT_TRUE(decode(decoder, observations(3, 8)).empty());
   EXPECT_EQ(decoder.status().station, 8);
-  EXPECT_TRUE(
-      decode(decoder, frame(place({0, 0, 0}, 8)) + frame(place(2 * kPlace, 8)) + observations(4, 8)).empty());
+  EXPECT_TRUE(decode(decoder, frame(station_message({0, 0, 0}, 8)) +
+                                  frame(station_message(2 * kPosition, 8)) + observations(4, 8))
+                  .empty());
   EXPECT_EQ(
       decoder.status().problems.at(
           "message 1005: the position is not within 10 km below and 100 km above the Earth's ellipsoid"),
       2U);
-  EXPECT_EQ(decode(decoder, frame(place(kPlace, 8)) + observations(5, 8)).size(), 1U);
+  EXPECT_EQ(decode(decoder, frame(station_message(kPosition, 8)) + observations(5, 8)).size(), 1U);
 }
 
 // Some bases and casters number 1005 differently from observations.
@@ -329,18 +331,18 @@ TEST(RtcmDecoder, PlaceUnderTheNumberOfAStationThatNeverObserves) {
   const auto observations = [](double s, int station) {
     return frame(msm(System::GPS, 7, kTime + s, {some_cell("G07", "1C")}, false, station));
   };
-  const auto epochs = decode(
-      decoder, frame(place(kPlace, 0)) + observations(1, 7) + frame(place(kPlace, 0)) + observations(2, 7));
+  const auto epochs = decode(decoder, frame(station_message(kPosition, 0)) + observations(1, 7) +
+                                          frame(station_message(kPosition, 0)) + observations(2, 7));
   ASSERT_EQ(epochs.size(), 2U);
   EXPECT_EQ(epochs[1]->station, 7);
-  EXPECT_LT((epochs[1]->station_ecef - kPlace).norm(), 1e-4);
+  EXPECT_LT((epochs[1]->station_ecef - kPosition).norm(), 1e-4);
   // The phases continue.
   EXPECT_EQ(epochs[1]->observations[0].measurement.phase_since,
             epochs[0]->observations[0].measurement.phase_since);
   // Two such stations: ambiguous.
-  EXPECT_TRUE(decode(decoder, frame(place(kPlace, 1)) + observations(3, 7)).empty());
+  EXPECT_TRUE(decode(decoder, frame(station_message(kPosition, 1)) + observations(3, 7)).empty());
   // Its own position has priority.
-  EXPECT_EQ(decode(decoder, frame(place(kPlace, 7)) + observations(4, 7)).size(), 1U);
+  EXPECT_EQ(decode(decoder, frame(station_message(kPosition, 7)) + observations(4, 7)).size(), 1U);
 }
 
 TEST(RtcmDecoder, NamesAndBiasesAreKept) {
@@ -362,7 +364,7 @@ TEST(RtcmDecoder, NamesAndBiasesAreKept) {
   Cell glonass = some_cell("R07", "1C"), precise = some_cell("R07", "2P");
   glonass.extended = precise.extended = 7;
   const Bits observed = msm(System::GLONASS, 7, kTime, {glonass, precise});
-  const auto before = decode(decoder, frame(place()) + frame(names) + frame(observed));
+  const auto before = decode(decoder, frame(station_message()) + frame(names) + frame(observed));
   const auto epochs =
       decode(decoder, frame(biases) + frame(msm(System::GLONASS, 7, kTime + 1.0, {glonass, precise})));
   ASSERT_EQ(epochs.size(), 1U);
@@ -410,7 +412,7 @@ TEST(RtcmDecoder, BrokenContentIsCountedAndCostsNothingElse) {
   unread.put(1013, 12).put(0, 40);
   Bits compact;
   compact.put(1073, 12).put(7, 12).put(0, 64).put(0, 64).put(0, 17);
-  std::string bytes = frame(place());
+  std::string bytes = frame(station_message());
   for (const Bits& bits : {cut, empty, wide, late, unread, Bits(), compact, good}) bytes += frame(bits);
   const auto epochs = decode(decoder, bytes);
   ASSERT_EQ(epochs.size(), 1U);
@@ -427,7 +429,7 @@ TEST(RtcmDecoder, BrokenContentIsCountedAndCostsNothingElse) {
 }
 
 TEST(RtcmDecoder, EverySingleWrongBitIsRefused) {
-  const std::string first = frame(place()),
+  const std::string first = frame(station_message()),
                     last = frame(msm(System::GPS, 7, kTime + 1, {some_cell("G07", "1C")}));
   const std::string middle =
       frame(msm(System::GPS, 7, kTime, {some_cell("G07", "1C"), some_cell("G09", "1C")}));
@@ -457,7 +459,7 @@ TEST(RtcmDecoder, HostileBytesNeverCrash) {
     return id.number % 3 == 0 ? std::nullopt : std::optional(2e7 + id.number);
   };
   CorrectionsDecoder decoder({}, true, ranges);
-  (void)decode(decoder, frame(place()));
+  (void)decode(decoder, frame(station_message()));
   for (int i = 0; i < 4000; ++i) {
     // Valid frames of any content: half of them with few satellites and signals.
     Bits message;
@@ -486,8 +488,8 @@ TEST(RtcmDecoder, HostileBytesNeverCrash) {
   EXPECT_LT(decoder.status().messages_unread.size(), 4096U);
   // It still decodes.
   std::string rest(1100, ' ');
-  CorrectionsDecoder::Epochs epochs =
-      decode(decoder, rest + frame(place()) + frame(msm(System::GPS, 7, kTime, {some_cell("G07", "1C")})));
+  CorrectionsDecoder::Epochs epochs = decode(
+      decoder, rest + frame(station_message()) + frame(msm(System::GPS, 7, kTime, {some_cell("G07", "1C")})));
   EXPECT_EQ(epochs.size(), 1U);
 }
 
@@ -542,7 +544,7 @@ Bits legacy(System system, GpsTime time, const std::map<gnss::SatelliteId, std::
 // A phase that diverges from the codes, as by the ionosphere: DF012 can represent 262 m of it.
 TEST(RtcmDecoder, LegacyPhasesGoOnAcrossTheirTurns) {
   CorrectionsDecoder decoder;
-  (void)decode(decoder, frame(place()));
+  (void)decode(decoder, frame(station_message()));
   std::optional<double> last_m;
   for (int k = 0; k < 400; ++k) {
     Cell cell = some_cell("G07", "1C", 10 + k);
@@ -564,7 +566,7 @@ TEST(RtcmDecoder, LegacyMessagesOfOneBand) {
     std::vector<positioning::Measurement> measured;
     for (const bool two_bands : {true, false}) {
       CorrectionsDecoder decoder;
-      (void)decode(decoder, frame(place()));
+      (void)decode(decoder, frame(station_message()));
       const Cell cell = some_cell(name, "1C", 10);
       const auto epochs =
           decode(decoder, frame(legacy(cell.id.system, kTime, {{cell.id, {cell}}}, false, two_bands)));
@@ -684,7 +686,7 @@ TEST(RtcmDecoder, MsmOfARecordedBaseAsRtklibReadsThem) {
   CANYON_SHARED_DATA(path, "rtk-nagoya-20240624/base.obs");
   const Recorded base = recorded(path);
   for (int kind = 4; kind <= 7; ++kind) {
-    std::string bytes = frame(place());
+    std::string bytes = frame(station_message());
     std::size_t signals = 0;
     for (std::size_t k = 0; k < base.epochs.size(); ++k) {
       std::vector<Bits> messages;
@@ -715,7 +717,7 @@ TEST(RtcmDecoder, LegacyMessagesOfARecordedBaseAsRtklibReadsThem) {
   CANYON_SHARED_DATA(path, "rtk-nagoya-20240624/base.obs");
   const Recorded base = recorded(path);
   for (const bool two_bands : {true, false}) {
-    std::string bytes = frame(place());
+    std::string bytes = frame(station_message());
     std::size_t signals = 0;
     for (std::size_t k = 0; k < base.epochs.size(); ++k) {
       for (const System system : {System::GPS, System::GLONASS}) {
@@ -743,14 +745,16 @@ TEST(RtcmDecoder, FilesWithoutCorrectionsSayWhatIsMissing) {
     return test::refusal([&] { (void)read_rtcm_corrections(folder / "base.rtcm3", kTime); });
   };
   EXPECT_THAT(refused("$GNGGA\r\n"), HasSubstr("base.rtcm3: has no message of RTCM 3; give a recorded"));
-  EXPECT_THAT(refused(frame(place())), HasSubstr("has no observations of a base; have the base send MSM4"));
+  EXPECT_THAT(refused(frame(station_message())),
+              HasSubstr("has no observations of a base; have the base send MSM4"));
   const std::string observations = frame(msm(System::GPS, 7, kTime, {some_cell("G07", "1C")}));
   EXPECT_THAT(refused(observations),
               HasSubstr("has no position of the station; have the base send message 1005"));
-  EXPECT_EQ(refused(frame(place()) + observations), "");
+  EXPECT_EQ(refused(frame(station_message()) + observations), "");
   // Each message is marked as the last of its epoch: the decoded file has the epoch once, complete.
   std::ofstream(folder / "base.rtcm3", std::ios::binary)
-      << frame(place()) + observations + frame(msm(System::Galileo, 7, kTime, {some_cell("E07", "1C")}));
+      << frame(station_message()) + observations +
+             frame(msm(System::Galileo, 7, kTime, {some_cell("E07", "1C")}));
   const auto read = read_rtcm_corrections(folder / "base.rtcm3", kTime).epochs;
   ASSERT_EQ(read.size(), 1U);
   EXPECT_EQ(read[0]->observations.size(), 2U);

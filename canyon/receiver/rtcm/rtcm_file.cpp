@@ -11,10 +11,10 @@ namespace canyon::rtcm {
 using geodesy::GpsTime;
 
 RtcmCorrections decode_rtcm_file(const std::filesystem::path& path, GpsTime now,
-                                 CorrectionsDecoder::ChannelTable glonass_channel, bool needs_place,
+                                 CorrectionsDecoder::ChannelTable glonass_channel, bool needs_position,
                                  RangeTable ranges) {
   GzipFile file(path);
-  CorrectionsDecoder decoder(std::move(glonass_channel), needs_place, std::move(ranges));
+  CorrectionsDecoder decoder(std::move(glonass_channel), needs_position, std::move(ranges));
   RtcmCorrections read;
   std::uint64_t out_of_order = 0;
   const auto take = [&](const CorrectionsDecoder::Epochs& epochs) {
@@ -70,10 +70,10 @@ void require_epochs(const std::filesystem::path& path, const RtcmCorrections& re
 }
 
 RtcmCorrections read_rtcm_corrections(const std::filesystem::path& path, GpsTime now,
-                                      CorrectionsDecoder::ChannelTable glonass_channel, bool needs_place,
+                                      CorrectionsDecoder::ChannelTable glonass_channel, bool needs_position,
                                       RangeTable ranges) {
   RtcmCorrections file =
-      decode_rtcm_file(path, now, std::move(glonass_channel), needs_place, std::move(ranges));
+      decode_rtcm_file(path, now, std::move(glonass_channel), needs_position, std::move(ranges));
   require_epochs(path, file);
   return file;
 }

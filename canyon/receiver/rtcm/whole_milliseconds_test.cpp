@@ -78,11 +78,11 @@ TEST(WholeMilliseconds, MessagesWithoutThemGiveTheRangesOfThoseWithThem) {
   for (const double clock_m : {0.0, 50'000.0, -140'000.0}) {
     const Bits msm4 = msm(System::GPS, 4, kTime, some_cells(clock_m));
     CorrectionsDecoder whole;
-    const auto expected = whole.feed(frame(place()) + frame(msm4), kTime);
+    const auto expected = whole.feed(frame(station_message()) + frame(msm4), kTime);
     ASSERT_EQ(expected.size(), 1U);
     for (const int kind : {1, 3}) {
       CorrectionsDecoder decoder({}, true, some_table());
-      const auto epochs = decoder.feed(frame(place()) + frame(reduced(msm4, kind)), kTime);
+      const auto epochs = decoder.feed(frame(station_message()) + frame(reduced(msm4, kind)), kTime);
       EXPECT_THAT(decoder.status().problems, IsEmpty());
       ASSERT_EQ(epochs.size(), 1U);
       ASSERT_EQ(epochs[0]->observations.size(), 5U);
@@ -103,7 +103,7 @@ TEST(WholeMilliseconds, MessagesWithoutThemGiveTheRangesOfThoseWithThem) {
 TEST(WholeMilliseconds, WithoutEphemeridesNothingIsGuessed) {
   const Bits msm3 = reduced(msm(System::GPS, 4, kTime, some_cells(0)), 3);
   CorrectionsDecoder decoder;
-  EXPECT_THAT(decoder.feed(frame(place()) + frame(msm3), kTime), IsEmpty());
+  EXPECT_THAT(decoder.feed(frame(station_message()) + frame(msm3), kTime), IsEmpty());
   EXPECT_THAT(decoder.status().problems, Contains(Key(HasSubstr("they need ephemerides and the position"))));
   EXPECT_EQ(decoder.status().without_milliseconds.size(), 5U);
   // Epochs of MSM4 in between are read.
@@ -117,7 +117,7 @@ TEST(WholeMilliseconds, OneThatContradictsIsLeftOut) {
   cells[2].range_m += 0.3 * kMillisecond_m;
   CorrectionsDecoder decoder({}, true, some_table());
   const auto epochs =
-      decoder.feed(frame(place()) + frame(reduced(msm(System::GPS, 4, kTime, cells), 3)), kTime);
+      decoder.feed(frame(station_message()) + frame(reduced(msm(System::GPS, 4, kTime, cells), 3)), kTime);
   ASSERT_EQ(epochs.size(), 1U);
   EXPECT_EQ(epochs[0]->observations.size(), 4U);
   EXPECT_THAT(decoder.status().problems, Contains(Key(HasSubstr("do not agree with it"))));
@@ -127,7 +127,8 @@ TEST(WholeMilliseconds, OneThatContradictsIsLeftOut) {
 TEST(WholeMilliseconds, AWrongPlaceIsRefused) {
   CorrectionsDecoder decoder({}, true, some_table(60'000));
   EXPECT_THAT(
-      decoder.feed(frame(place()) + frame(reduced(msm(System::GPS, 4, kTime, some_cells(0)), 3)), kTime),
+      decoder.feed(frame(station_message()) + frame(reduced(msm(System::GPS, 4, kTime, some_cells(0)), 3)),
+                   kTime),
       IsEmpty());
   EXPECT_THAT(decoder.status().problems, Contains(Key(HasSubstr("is the place of the station right?"))));
 }
@@ -135,7 +136,8 @@ TEST(WholeMilliseconds, AWrongPlaceIsRefused) {
 TEST(WholeMilliseconds, PhasesAloneAreNamed) {
   CorrectionsDecoder decoder({}, true, some_table());
   EXPECT_THAT(
-      decoder.feed(frame(place()) + frame(reduced(msm(System::GPS, 4, kTime, some_cells(0)), 2)), kTime),
+      decoder.feed(frame(station_message()) + frame(reduced(msm(System::GPS, 4, kTime, some_cells(0)), 2)),
+                   kTime),
       IsEmpty());
   EXPECT_THAT(decoder.status().problems, Contains(Key(HasSubstr("message 1072: it has phases alone"))));
 }
@@ -164,7 +166,7 @@ TEST(WholeMilliseconds, LegacyMessages) {
       return std::optional<double>(some_cells(0).at(id.number - 1U).range_m);
     };
     CorrectionsDecoder decoder({}, true, table);
-    const auto epochs = decoder.feed(frame(place()) + frame(bits), kTime);
+    const auto epochs = decoder.feed(frame(station_message()) + frame(bits), kTime);
     EXPECT_THAT(decoder.status().problems, IsEmpty());
     ASSERT_EQ(epochs.size(), 1U);
     ASSERT_EQ(epochs[0]->observations.size(), cells.size());
@@ -186,7 +188,8 @@ TEST(WholeMilliseconds, OfARecordedBase) {
   ASSERT_TRUE(file.header.approximate_position_ecef);
   std::size_t compared = 0, left_out = 0;
   CorrectionsDecoder decoder({}, true, range_table(sky));
-  (void)decoder.feed(frame(place(*file.header.approximate_position_ecef)), file.epochs[0].receiver_time);
+  (void)decoder.feed(frame(station_message(*file.header.approximate_position_ecef)),
+                     file.epochs[0].receiver_time);
   for (std::size_t k = 0; k < std::min<std::size_t>(file.epochs.size(), 600); k += 10) {
     const auto& epoch = file.epochs[k];
     std::map<System, std::vector<Cell>> cells;
@@ -220,12 +223,12 @@ TEST(WholeMilliseconds, OfARecordedBase) {
 TEST(WholeMilliseconds, FilesSayWhatTheyLack) {
   const test::TemporaryFolder folder;
   std::ofstream(folder / "base.rtcm3", std::ios::binary)
-      << frame(place()) + frame(reduced(msm(System::GPS, 4, kTime, some_cells(0)), 3));
+      << frame(station_message()) + frame(reduced(msm(System::GPS, 4, kTime, some_cells(0)), 3));
   EXPECT_THAT(test::refusal([&] { (void)read_rtcm_corrections(folder / "base.rtcm3", kTime); }),
               HasSubstr("omit the whole milliseconds of ranges"));
   EXPECT_EQ(read_rtcm_corrections(folder / "base.rtcm3", kTime, {}, true, some_table()).epochs.size(), 1U);
   std::ofstream(folder / "base.rtcm3", std::ios::binary)
-      << frame(place()) + frame(reduced(msm(System::GPS, 4, kTime, some_cells(0)), 2));
+      << frame(station_message()) + frame(reduced(msm(System::GPS, 4, kTime, some_cells(0)), 2));
   EXPECT_THAT(test::refusal([&] { (void)read_rtcm_corrections(folder / "base.rtcm3", kTime); }),
               HasSubstr("has no observations of a base (message 1072: it has only phases"));
 }

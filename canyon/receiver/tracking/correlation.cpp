@@ -66,8 +66,8 @@ double subcarrier(Modulation modulation, double fraction, std::size_t chip) {
     case Modulation::CBOCPilot:
       return std::sqrt(10.0 / 11) * boc11 - std::sqrt(1.0 / 11) * boc61;
     case Modulation::TMBOC: {
-      const std::size_t place = chip % 33;
-      return place == 0 || place == 4 || place == 6 || place == 29 ? boc61 : boc11;
+      const std::size_t index = chip % 33;
+      return index == 0 || index == 4 || index == 6 || index == 29 ? boc61 : boc11;
     }
     case Modulation::BOC61:
       return boc61;

@@ -178,12 +178,12 @@ void LaneCodeLock::Paths::clear(std::size_t of_lanes) {
 }
 
 std::size_t LaneCodeLock::Paths::add(double at_chips) {
-  const std::size_t place = re.size();
+  const std::size_t index = re.size();
   delay_chips.push_back(static_cast<float>(at_chips));
-  re.resize(place + stride, 0);
-  im.resize(place + stride, 0);
-  incoherent.resize(place + stride, 0);
-  return place;
+  re.resize(index + stride, 0);
+  im.resize(index + stride, 0);
+  incoherent.resize(index + stride, 0);
+  return index;
 }
 
 LaneCodeLock::LaneCodeLock(std::shared_ptr<const CodeTracker> tracker) : tracker_(std::move(tracker)) {

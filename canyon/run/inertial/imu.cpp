@@ -51,14 +51,14 @@ const Vector3d& IdealImu::turn(std::int64_t index) {
   return kept->second;
 }
 
-Vector3d IdealImu::gravity(const Vector3d& place_m) {
-  Vector3d off = place_m - gravity_place_m_;
+Vector3d IdealImu::gravity(const Vector3d& lever_arm_m) {
+  Vector3d off = lever_arm_m - gravity_position_m_;
   if (off.squaredNorm() > 1) {
-    gravity_place_m_ = place_m;
-    gravity_mps2_ = geodesy::normal_gravity(place_m);
+    gravity_position_m_ = lever_arm_m;
+    gravity_mps2_ = geodesy::normal_gravity(lever_arm_m);
     // The gradient of a point mass: within 1 %, 3e-8 m/s^2 over a metre of height and 1e-8 along the ground.
-    const Vector3d up = place_m.normalized();
-    const double per_m = gravity_mps2_.norm() / place_m.norm();
+    const Vector3d up = lever_arm_m.normalized();
+    const double per_m = gravity_mps2_.norm() / lever_arm_m.norm();
     gravity_gradient_ = per_m * (3 * up * up.transpose() - Matrix3d::Identity());
     off.setZero();
   }

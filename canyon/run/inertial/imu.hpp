@@ -55,14 +55,14 @@ class IdealImu {
   [[nodiscard]] const Eigen::Vector3d& turn(std::int64_t index);
 
   /// Normal gravity at a position on the path, by its gradient within a metre of the last computed position.
-  [[nodiscard]] Eigen::Vector3d gravity(const Eigen::Vector3d& place_m);
+  [[nodiscard]] Eigen::Vector3d gravity(const Eigen::Vector3d& lever_arm_m);
 
   static constexpr std::int64_t kKept = 8;
   BodyMotion motion_;
   double step_s_;
   Eigen::Vector3d position_m_;
   Eigen::Matrix3d body_from_sensor_;
-  Eigen::Vector3d gravity_place_m_ = Eigen::Vector3d::Zero(), gravity_mps2_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d gravity_position_m_ = Eigen::Vector3d::Zero(), gravity_mps2_ = Eigen::Vector3d::Zero();
   Eigen::Matrix3d gravity_gradient_ = Eigen::Matrix3d::Zero();
   // Latest requested states, by index modulo kKept.
   std::array<std::optional<std::pair<std::int64_t, BodyState>>, kKept> bodies_;

@@ -17,13 +17,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(22.3, 114.17, 50);
+const geodesy::Geodetic kPosition = geodesy::Geodetic::from_degrees(22.3, 114.17, 50);
 
 /// A turntable about the local vertical with its point at rest; level, forward to the east at 0 s.
 BodyMotion turntable(double rate_radps) {
   return [rate_radps](double t) {
-    const Eigen::Matrix3d ecef_from_enu = geodesy::enu_from_ecef_rotation(kPlace).transpose();
-    return BodyState{geodesy::ecef_from_geodetic(kPlace), Vector3d::Zero(), Vector3d::Zero(),
+    const Eigen::Matrix3d ecef_from_enu = geodesy::enu_from_ecef_rotation(kPosition).transpose();
+    return BodyState{geodesy::ecef_from_geodetic(kPosition), Vector3d::Zero(), Vector3d::Zero(),
                      ecef_from_enu * Eigen::AngleAxisd(rate_radps * t, Vector3d::UnitZ()).toRotationMatrix()};
   };
 }
@@ -31,11 +31,11 @@ BodyMotion turntable(double rate_radps) {
 // A sensor at rest measures gravity upwards, and Earth's rotation towards the pole.
 TEST(IdealImu, FeelsGravityAndTheEarthAtRest) {
   const ImuInput still = IdealImu({}, turntable(0), 0.0025).mean(0, 4);
-  const double latitude = kPlace.latitude_rad, earth = geodesy::kEarthRotationRate;
+  const double latitude = kPosition.latitude_rad, earth = geodesy::kEarthRotationRate;
   EXPECT_NEAR(still.angular_rate_radps.y(), earth * std::cos(latitude), 1e-9 * earth);
   EXPECT_NEAR(still.angular_rate_radps.z(), earth * std::sin(latitude), 1e-9 * earth);
   EXPECT_NEAR(still.angular_rate_radps.x(), 0, 1e-9 * earth);
-  const double gravity = geodesy::normal_gravity(geodesy::ecef_from_geodetic(kPlace)).norm();
+  const double gravity = geodesy::normal_gravity(geodesy::ecef_from_geodetic(kPosition)).norm();
   EXPECT_NEAR(still.specific_force_mps2.z(), gravity, 1e-9 * gravity);
   EXPECT_NEAR(still.specific_force_mps2.head<2>().norm(), 0, 1e-6 * gravity);
 }
@@ -46,15 +46,15 @@ TEST(IdealImu, FeelsItsArm) {
   options.position_m = {2, 0, 0};
   const double rate = 0.5;
   const ImuState state = IdealImu(options, turntable(rate), 0.002).at(0);
-  const double earth_up = geodesy::kEarthRotationRate * std::sin(kPlace.latitude_rad);
+  const double earth_up = geodesy::kEarthRotationRate * std::sin(kPosition.latitude_rad);
   EXPECT_NEAR(state.input.angular_rate_radps.z(), rate + earth_up, 1e-11);
   // Towards the axis, with Coriolis: 2 (w x v) for a velocity of 1 m/s to the north; and gravity, whose
   // vertical differs 2 m away.
   EXPECT_NEAR(state.input.specific_force_mps2.x(),
               -rate * rate * 2 - 2 * earth_up * rate * 2 + 9.79 * 2 / 6.378e6, 1e-8);
   EXPECT_NEAR(state.input.specific_force_mps2.y(), 0, 1e-6);
-  const Vector3d enu = geodesy::enu_from_ecef_rotation(kPlace) *
-                       (state.sensor.position_m - geodesy::ecef_from_geodetic(kPlace));
+  const Vector3d enu = geodesy::enu_from_ecef_rotation(kPosition) *
+                       (state.sensor.position_m - geodesy::ecef_from_geodetic(kPosition));
   EXPECT_NEAR((enu - Vector3d(2, 0, 0)).norm(), 0, 1e-8);
 }
 
@@ -63,7 +63,7 @@ TEST(IdealImu, TurnsIntoTheSensorsAxes) {
   ImuOptions options;
   options.orientation.yaw_deg = 90;
   ImuInput turned = IdealImu(options, turntable(0), 0.002).at(0).input;
-  const double earth_north = geodesy::kEarthRotationRate * std::cos(kPlace.latitude_rad);
+  const double earth_north = geodesy::kEarthRotationRate * std::cos(kPosition.latitude_rad);
   EXPECT_NEAR(turned.angular_rate_radps.x(), earth_north, 1e-12);
   options.axes = ImuAxes::Frd;
   turned = IdealImu(options, turntable(0), 0.002).at(0).input;

@@ -440,20 +440,20 @@ class CsvReader {
         (flat && heights_.needed))
       throw NoValue(file_.path(), file_.line(), "line without a time or a position");
     const GpsTime time = path_.timed ? time_of(fields) : GpsTime();
-    Geodetic place;
+    Geodetic position;
     if (ecef_) {
-      place = place_of(at(), Eigen::Vector3d(value(fields, X), value(fields, Y), value(fields, Z)));
+      position = position_of(at(), Eigen::Vector3d(value(fields, X), value(fields, Y), value(fields, Z)));
     } else {
-      place = place_of(at(), value(fields, Latitude), value(fields, Longitude));
+      position = position_of(at(), value(fields, Latitude), value(fields, Longitude));
       doubtful_ = doubtful_ && std::abs(value(fields, Latitude)) <= geodesy::kPi / 2 &&
                   std::abs(value(fields, Longitude)) <= geodesy::kPi;
       if (!flat) height_m_ = value(fields, height);
       if (!flat && height == HeightMsl)
         height_m_ = from_sea_level(at(), height_m_, "height above sea level by its column", heights_);
-      place.height_m = height_m_;
+      position.height_m = height_m_;
     }
-    geodesy::check_geodetic(place, "position");
-    path_.points.push_back({time, place, file_.line()});
+    geodesy::check_geodetic(position, "position");
+    path_.points.push_back({time, position, file_.line()});
     undecided_ = false;
   }
 
@@ -578,8 +578,8 @@ std::string_view names_rtklib(std::string_view comment) {
   if (words.size() < 2) return {};
   for (const std::string_view zone : {"GPST", "UTC", "JST"}) {
     if (words[0] != zone) continue;
-    for (const std::string_view place : {"latitude(", "x-ecef(m)", "e-baseline(m)"})
-      if (words[1].starts_with(place)) return zone;
+    for (const std::string_view position : {"latitude(", "x-ecef(m)", "e-baseline(m)"})
+      if (words[1].starts_with(position)) return zone;
   }
   return {};
 }
@@ -604,8 +604,8 @@ class RtklibReader {
     } else {
       time = time_of_week(at, to_number(at, words[0], "GPS week"), to_number(at, words[1], "time of week"));
     }
-    const std::span<const std::string_view> place = std::span(words).subspan(2);
-    points.push_back({time, place_at(at, place), at.line});
+    const std::span<const std::string_view> position = std::span(words).subspan(2);
+    points.push_back({time, position_at(at, position), at.line});
   }
 
  private:
@@ -621,18 +621,19 @@ class RtklibReader {
     ecef_ = has("x-ecef(m)");
     zone_ = zone == "GPST" ? " GPST" : zone == "JST" ? "+09:00" : "Z";
   }
-  [[nodiscard]] Geodetic place_at(const RecordAt& at, std::span<const std::string_view> words) const {
+  [[nodiscard]] Geodetic position_at(const RecordAt& at, std::span<const std::string_view> words) const {
     if (ecef_) {
-      return place_of(at, Eigen::Vector3d(to_number(at, words[0], "x"), to_number(at, words[1], "y"),
-                                          to_number(at, words[2], "z")));
+      return position_of(at, Eigen::Vector3d(to_number(at, words[0], "x"), to_number(at, words[1], "y"),
+                                             to_number(at, words[2], "z")));
     }
-    Geodetic place =
-        parted_ ? place_of(at, degrees_of(at, words.first(3)), degrees_of(at, words.subspan(3, 3)))
-                : place_of(at, to_number(at, words[0], "latitude"), to_number(at, words[1], "longitude"));
-    place.height_m = to_number(at, words[parted_ ? 6 : 2], "height");
+    Geodetic position =
+        parted_ ? position_of(at, degrees_of(at, words.first(3)), degrees_of(at, words.subspan(3, 3)))
+                : position_of(at, to_number(at, words[0], "latitude"), to_number(at, words[1], "longitude"));
+    position.height_m = to_number(at, words[parted_ ? 6 : 2], "height");
     if (sea_level_)
-      place.height_m = from_sea_level(at, place.height_m, "height above sea level by the header", heights_);
-    return place;
+      position.height_m =
+          from_sea_level(at, position.height_m, "height above sea level by the header", heights_);
+    return position;
   }
 
   HeightReading heights_;
@@ -671,11 +672,11 @@ RecordedPath read_urbannav(TextFile& file) {
         if (is_blank_separated(line)) {
           const Fields words = split_blanks(line);
           const auto part = [&](std::size_t i) { return std::span(words).subspan(i, 3); };
-          Geodetic place = place_of(at, degrees_of(at, part(3)), degrees_of(at, part(6)));
-          place.height_m = to_number(at, words[9], "height");
+          Geodetic position = position_of(at, degrees_of(at, part(3)), degrees_of(at, part(6)));
+          position.height_m = to_number(at, words[9], "height");
           points.push_back(
               {time_of_week(at, to_number(at, words[1], "GPS week"), to_number(at, words[2], "time of week")),
-               place, at.line});
+               position, at.line});
           return;
         }
         const Fields fields = split(line, ',');
@@ -686,10 +687,10 @@ RecordedPath read_urbannav(TextFile& file) {
               "columns are GPS week, time of week, latitude, longitude, height");
         const GpsTime time =
             time_of_week(at, to_number(at, fields[0], "GPS week"), to_number(at, fields[1], "time of week"));
-        Geodetic place =
-            place_of(at, to_number(at, fields[2], "latitude"), to_number(at, fields[3], "longitude"));
-        place.height_m = to_number(at, fields[4], "height");
-        points.push_back({time, place, at.line});
+        Geodetic position =
+            position_of(at, to_number(at, fields[2], "latitude"), to_number(at, fields[3], "longitude"));
+        position.height_m = to_number(at, fields[4], "height");
+        points.push_back({time, position, at.line});
       });
 }
 

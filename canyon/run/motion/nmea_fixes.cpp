@@ -101,7 +101,7 @@ struct Report {
   std::int64_t time_of_day_ns = 0;
   std::optional<GpsTime> date;  ///< midnight before it; only for a date
   std::size_t kind = 0;         ///< of a position
-  Geodetic place;               ///< its height is not set
+  Geodetic position;            ///< its height is not set
   std::optional<double> altitude_m, separation_m;
 };
 
@@ -158,10 +158,10 @@ std::optional<Report> read_position(const RecordAt& at, std::size_t kind, const 
   report.line = at.line;
   report.checked = sentence.checked;
   report.kind = kind;
-  report.place =
-      place_of(at, nmea_angle_deg(at, latitude, sentence.field(of.latitude + 1), "NS", 90, "latitude"),
-               nmea_angle_deg(at, sentence.field(of.latitude + 2), sentence.field(of.latitude + 3), "EW", 180,
-                              "longitude"));
+  report.position =
+      position_of(at, nmea_angle_deg(at, latitude, sentence.field(of.latitude + 1), "NS", 90, "latitude"),
+                  nmea_angle_deg(at, sentence.field(of.latitude + 2), sentence.field(of.latitude + 3), "EW",
+                                 180, "longitude"));
   report.time_of_day_ns = time_of_day_ns(at, time);
   for (const std::size_t unit : {std::size_t{10}, std::size_t{12}}) {
     if (of.name != "GGA" || sentence.field(unit).empty() || lower_case(sentence.field(unit)) == "m") continue;
@@ -325,7 +325,7 @@ RecordedPath read_nmea(const std::filesystem::path& path, GpsTime start, const H
     // The first position of a log without dates is on the start's day.
     last = last ? closest(report.time_of_day_ns, *last)
                 : midnight_of(start) + std::chrono::nanoseconds(report.time_of_day_ns);
-    Geodetic place = report.place;
+    Geodetic position = report.position;
     if (!report.altitude_m) {
       ++flat;
       if (heights.needed) {
@@ -338,8 +338,8 @@ RecordedPath read_nmea(const std::filesystem::path& path, GpsTime start, const H
     } else {
       height_m = from_sea_level(at, *report.altitude_m, "altitude without a geoid separation", heights);
     }
-    place.height_m = height_m;
-    guard_record(log.report, [&] { result.points.push_back({set_time(at, *last), place, report.line}); });
+    position.height_m = height_m;
+    guard_record(log.report, [&] { result.points.push_back({set_time(at, *last), position, report.line}); });
   }
   if (result.points.empty() && flat > 0) {
     throw InputError(path, 0, fmt::format("none of its {} fixes has an altitude", flat),
@@ -355,19 +355,19 @@ RecordedPath read_nmea(const std::filesystem::path& path, GpsTime start, const H
 }
 
 std::optional<Geodetic> position_of_gga(std::string_view line) {
-  std::optional<Geodetic> place;
+  std::optional<Geodetic> position;
   ReadReport ignored;
   const RecordAt at{ignored, 0};
   (void)each_sentence(line, [&](const Sentence& sentence) {
-    if (place || !sentence.is("GGA") || sentence.fields.size() < kPositionKinds[0].fields) return;
+    if (position || !sentence.is("GGA") || sentence.fields.size() < kPositionKinds[0].fields) return;
     ignored.guard([&] {
       const auto report = read_position(at, 0, sentence);
       if (!report || !report->altitude_m) return;
-      place = report->place;
-      place->height_m = *report->altitude_m + report->separation_m.value_or(0);
+      position = report->position;
+      position->height_m = *report->altitude_m + report->separation_m.value_or(0);
     });
   });
-  return place;
+  return position;
 }
 
 }  // namespace canyon::simulation

@@ -60,8 +60,9 @@ TEST(ProperPose, NormalizesAndRefuses) {
   EXPECT_EQ(pose->attitude.coeffs(), Quaterniond(0, 0, 0, 1).coeffs());
   EXPECT_FALSE(proper_pose({{1, 2, 3}, Quaterniond(0, 0, 0, 0)}));
   EXPECT_FALSE(proper_pose({{1, 2, 3}, Quaterniond(1, 0, kNan, 0)}));
-  for (const Vector3d& place : {Vector3d(kNan, 0, 0), Vector3d(0, HUGE_VAL, 0), Vector3d(0, 0, -HUGE_VAL)}) {
-    EXPECT_FALSE(proper_pose({place, Quaterniond::Identity()}));
+  for (const Vector3d& position :
+       {Vector3d(kNan, 0, 0), Vector3d(0, HUGE_VAL, 0), Vector3d(0, 0, -HUGE_VAL)}) {
+    EXPECT_FALSE(proper_pose({position, Quaterniond::Identity()}));
   }
 }
 
@@ -182,9 +183,9 @@ TEST(PoseOf, TurnsArmAndMotionIntoTheCity) {
   const geodesy::LocalFrame city({0.4, 2, 10});
   const Pose antenna = pose_of(body, {city, M_PI / 2, {1000, 2000, 3000}}, {}, {0.4, 0.1, 0.2});
   const Vector3d arm(-0.1, 0.4, 0.2);
-  const Vector3d place = body.position_m + arm, velocity(1 - 0.5 * 0.4, 2 - 0.5 * 0.1, 3);
+  const Vector3d point = body.position_m + arm, velocity(1 - 0.5 * 0.4, 2 - 0.5 * 0.1, 3);
   expect_near(city.local_from_geodetic(antenna.position),
-              {1000 - place.y(), 2000 + place.x(), 3000 + place.z()}, 1e-8);
+              {1000 - point.y(), 2000 + point.x(), 3000 + point.z()}, 1e-8);
   const Eigen::Matrix3d city_from_own = city.ecef_from_local_rotation().transpose() *
                                         geodesy::enu_from_ecef_rotation(antenna.position).transpose();
   expect_near(city_from_own * antenna.velocity_enu_mps, {-velocity.y(), velocity.x(), velocity.z()}, 1e-9);

@@ -73,7 +73,7 @@ void keep_rising(RecordedPath& path) {
     } else if (!kept.empty() && point.time == kept.back().time) {
       // Times truncated to seconds would drop most of a log.
       const Eigen::Vector3d step =
-          geodesy::ecef_from_geodetic(point.place) - geodesy::ecef_from_geodetic(kept.back().place);
+          geodesy::ecef_from_geodetic(point.position) - geodesy::ecef_from_geodetic(kept.back().position);
       if (step.norm() > 1)
         path.report.loss(point.line, "point with the time of the previous one, at another position");
       else
@@ -95,7 +95,7 @@ TrajectoryFile recorded_trajectory(RecordedPath path) {
   keep_rising(path);
   std::vector<std::pair<GpsTime, Geodetic>> samples;
   samples.reserve(path.points.size());
-  for (const RecordedPoint& point : path.points) samples.emplace_back(point.time, point.place);
+  for (const RecordedPoint& point : path.points) samples.emplace_back(point.time, point.position);
   Trajectory trajectory(std::move(samples));
   note_pauses(trajectory, path.report);
   return {std::move(trajectory), path.has_own_dates, std::move(path.report)};
@@ -134,7 +134,7 @@ double to_number(const RecordAt& at, std::string_view text, std::string_view wha
   return *value;
 }
 
-Geodetic place_of(const RecordAt& at, double latitude_deg, double longitude_deg) {
+Geodetic position_of(const RecordAt& at, double latitude_deg, double longitude_deg) {
   const auto check = [&at](const char* what, double value_deg, double limit_deg) {
     if (std::abs(value_deg) <= limit_deg) return;
     throw at.error(fmt::format("the {} {} deg is out of range", what, value_deg),
@@ -147,7 +147,7 @@ Geodetic place_of(const RecordAt& at, double latitude_deg, double longitude_deg)
   return Geodetic::from_degrees(latitude_deg, longitude_deg, 0);
 }
 
-Geodetic place_of(const RecordAt& at, const Eigen::Vector3d& ecef) {
+Geodetic position_of(const RecordAt& at, const Eigen::Vector3d& ecef) {
   if (ecef.isZero()) throw NoValue(at.report.path(), at.line, "x, y, z of 0, as before a fix");
   if (!is_radius(ecef.norm())) {
     throw at.error(fmt::format("x, y, z are {:.6g} m from the Earth's centre", ecef.norm()),

@@ -18,7 +18,7 @@ namespace canyon::simulation {
 /// A position with its time.
 struct RecordedPoint {
   geodesy::GpsTime time;
-  geodesy::Geodetic place;
+  geodesy::Geodetic position;
   int line = 0;  ///< of its file
 };
 /// In the order of a file.
@@ -87,13 +87,13 @@ void guard_record(ReadReport& report, const Read& read) {
 }
 /// Degrees as a position of height 0; an InputError for values beyond 90 and 180 deg, NoValue if
 /// is_nowhere().
-[[nodiscard]] geodesy::Geodetic place_of(const RecordAt& at, double latitude_deg, double longitude_deg);
+[[nodiscard]] geodesy::Geodetic position_of(const RecordAt& at, double latitude_deg, double longitude_deg);
 /// Whether this is a possible distance of a vehicle from the Earth's centre [m].
 [[nodiscard]] constexpr bool is_radius(double radius_m) {
   return radius_m > 6.3e6 && radius_m < 8e6;
 }
 /// A position from ECEF [m]; an InputError if not is_radius(), NoValue for the Earth's centre.
-[[nodiscard]] geodesy::Geodetic place_of(const RecordAt& at, const Eigen::Vector3d& ecef);
+[[nodiscard]] geodesy::Geodetic position_of(const RecordAt& at, const Eigen::Vector3d& ecef);
 /// Returns `time`; NoValue before 1981: clocks that were never set report 1970 and 1980.
 [[nodiscard]] geodesy::GpsTime set_time(const RecordAt& at, geodesy::GpsTime time);
 /// An instant by the full GPS week and the seconds in it, checked by set_time(); an InputError for a fraction

@@ -27,17 +27,17 @@ class FlatFrame {
  public:
   explicit FlatFrame(const Geodetic& origin) : frame_(origin) {}
 
-  [[nodiscard]] Vector3d flat(const Geodetic& place) const {
-    const Vector3d local = frame_.local_from_geodetic(place);
-    return {local.x(), local.y(), place.height_m};
+  [[nodiscard]] Vector3d flat(const Geodetic& position) const {
+    const Vector3d local = frame_.local_from_geodetic(position);
+    return {local.x(), local.y(), position.height_m};
   }
   /// In the local frame of the origin.
   [[nodiscard]] Vector3d local(const Vector3d& flat) const {
     const double dip_m = flat.head<2>().squaredNorm() / (2 * kEarthRadius_m);
-    Geodetic place =
+    Geodetic position =
         frame_.geodetic_from_local({flat.x(), flat.y(), flat.z() - frame_.origin().height_m - dip_m});
-    place.height_m = flat.z();
-    return frame_.local_from_geodetic(place);
+    position.height_m = flat.z();
+    return frame_.local_from_geodetic(position);
   }
 
  private:
@@ -205,7 +205,7 @@ std::vector<Ride> make_rides(const std::vector<Stop>& stops, double acceleration
 std::vector<Stop> join(const std::vector<Waypoint>& waypoints, const FlatFrame& frame) {
   std::vector<Stop> stops;
   for (const Waypoint& waypoint : waypoints) {
-    const Vector3d at = frame.flat(waypoint.place);
+    const Vector3d at = frame.flat(waypoint.position);
     if (!stops.empty() && (at - stops.back().at).norm() < 1e-6)
       stops.back().hold_s += waypoint.hold_s;
     else
@@ -221,7 +221,7 @@ SmoothDrive smooth_drive(const std::vector<Waypoint>& waypoints, double accelera
     throw InputError(fmt::format("acceleration_mps2: {} m/s^2 is out of range", acceleration_mps2),
                      "give a value above 0, at most 100 m/s^2");
   }
-  const FlatFrame frame(waypoints.front().place);
+  const FlatFrame frame(waypoints.front().position);
   const std::vector<Stop> stops = join(waypoints, frame);
   SmoothDrive drive;
   drive.duration_s = stops.front().hold_s;

@@ -109,20 +109,20 @@ SmoothPoses::Derivatives SmoothPoses::derivatives_at(double t_s) const {
   // The six points around the instant.
   constexpr std::int64_t kBefore = 2, kPoints = 6;
   const auto from = static_cast<std::int64_t>(std::floor(t_s / step_s_)) - kBefore;
-  std::vector<UniformSpline::Value> places, attitudes;
+  std::vector<UniformSpline::Value> points, attitudes;
   for (std::int64_t k = from; k < from + kPoints; ++k) {
     const auto last = static_cast<std::int64_t>(points_.size()) - 1;
     const RigidPose& point = points_[static_cast<std::size_t>(std::clamp<std::int64_t>(k - first_, 0, last))];
-    places.emplace_back(point.position_m.x(), point.position_m.y(), point.position_m.z(), 0);
+    points.emplace_back(point.position_m.x(), point.position_m.y(), point.position_m.z(), 0);
     attitudes.push_back(point.attitude.coeffs());
   }
   const double since_s = t_s - static_cast<double>(from) * step_s_;
-  const UniformSpline::Point place = UniformSpline(std::move(places), step_s_).at(since_s);
+  const UniformSpline::Point position = UniformSpline(std::move(points), step_s_).at(since_s);
   const UniformSpline::Point turn = UniformSpline(std::move(attitudes), step_s_).at(since_s);
   Derivatives result;
-  result.body.position_m = place.value.head<3>();
-  result.body.linear_velocity = place.rate.head<3>();
-  result.acceleration = place.acceleration.head<3>();
+  result.body.position_m = position.value.head<3>();
+  result.body.linear_velocity = position.rate.head<3>();
+  result.acceleration = position.acceleration.head<3>();
   const double length = turn.value.norm();
   const Eigen::Vector4d unit = turn.value / length;
   Quaterniond rate;

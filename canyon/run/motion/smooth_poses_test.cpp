@@ -76,9 +76,9 @@ TEST_F(SmoothPosesTest, AreLateByThreeSteps) {
   drive(1.12, 1.12);
   EXPECT_TRUE(poses_.holds(1'000'000'000));
   // Further poses do not change it.
-  const Vector3d place = poses_.at(1).position_m;
+  const Vector3d point = poses_.at(1).position_m;
   drive(1.14, 2);
-  EXPECT_EQ(place, poses_.at(1).position_m);
+  EXPECT_EQ(point, poses_.at(1).position_m);
 }
 
 // The first two points give the velocity: in a bend that of half a step later, 4.8 m/s^2 * 0.02 s.

@@ -27,7 +27,7 @@ using geodesy::GpsTime;
 /// A point as read from a file.
 struct TrackPoint {
   int line = 0;
-  Geodetic place;                  ///< its height is not set
+  Geodetic position;               ///< its height is not set
   std::optional<double> height_m;  ///< height_m from the file
   std::optional<double> geoid_m;   ///< of the geoid above the ellipsoid there
   std::optional<GpsTime> time;
@@ -81,7 +81,7 @@ class TrackReader {
     path.timed = keep_timed();
     set_heights(heights);
     for (const TrackPoint& point : points_)
-      path.points.push_back({point.time.value_or(GpsTime{}), point.place, point.line});
+      path.points.push_back({point.time.value_or(GpsTime{}), point.position, point.line});
     path.report = std::move(report_);
     return path;
   }
@@ -117,8 +117,8 @@ class TrackReader {
         added.line = tags.line();
         added.segment = segments_;
         guard(added, [&] {
-          added.place = place_of(at(tags), to_number(at(tags), tags.attribute("lat"), "latitude"),
-                                 to_number(at(tags), tags.attribute("lon"), "longitude"));
+          added.position = position_of(at(tags), to_number(at(tags), tags.attribute("lat"), "latitude"),
+                                       to_number(at(tags), tags.attribute("lon"), "longitude"));
         });
         inside = !trim(tags.attributes).ends_with('/');
       } else if (tags.name.starts_with('/') && tags.name.substr(1) == name) {
@@ -143,27 +143,27 @@ class TrackReader {
   }
 
   /// "longitude,latitude,height", or separated by blanks; the height may be absent.
-  void read_kml_place(const XmlTags& tags, std::string_view text, char separator, TrackPoint& point) {
+  void read_kml_point(const XmlTags& tags, std::string_view text, char separator, TrackPoint& point) {
     const std::vector<std::string_view> fields = separator == ',' ? split(text, ',') : split_blanks(text);
     if (fields.size() < 2 || fields.size() > 3)
       throw tags.error(fmt::format("'{}' is not a position", text), "write longitude,latitude,height");
-    point.place = place_of(at(tags), to_number(at(tags), fields[1], "latitude"),
-                           to_number(at(tags), fields[0], "longitude"));
+    point.position = position_of(at(tags), to_number(at(tags), fields[1], "latitude"),
+                                 to_number(at(tags), fields[0], "longitude"));
     if (fields.size() > 2 && !is_missing(fields[2]))
       point.height_m = to_number(at(tags), fields[2], "height");
   }
   void read_kml_tracks() {
-    std::size_t times = 0, places = 0, begin = 0;
+    std::size_t times = 0, positions = 0, begin = 0;
     std::string_view mode;
     const auto end = [&](const XmlTags& tags) {
-      if (times != places) {
+      if (times != positions) {
         // The times cannot be assigned to the positions.
-        report_.loss(tags.error(fmt::format("gx:Track has {} times for {} positions", times, places)),
+        report_.loss(tags.error(fmt::format("gx:Track has {} times for {} positions", times, positions)),
                      points_.size() - begin);
         for (std::size_t i = begin; i < points_.size(); ++i) points_[i].bad = true;
       }
       for (std::size_t i = begin; i < points_.size(); ++i) points_[i].height_mode = mode;
-      times = places = 0;
+      times = positions = 0;
       begin = points_.size();
       mode = {};
       ++segments_;
@@ -189,10 +189,10 @@ class TrackReader {
         TrackPoint& of = point(tags, ++times);
         guard(of, [&] { read_time(tags, of); });
       } else if (tags.name == "coord") {
-        TrackPoint& of = point(tags, ++places);
+        TrackPoint& of = point(tags, ++positions);
         guard(of, [&] {
           if (tags.content.empty()) throw no_fix(tags);
-          read_kml_place(tags, tags.content, ' ', of);
+          read_kml_point(tags, tags.content, ' ', of);
         });
       }
     }
@@ -201,12 +201,12 @@ class TrackReader {
   /// The points of an element `coordinates`.
   std::vector<TrackPoint> kml_points(const XmlTags& tags, std::string_view mode) {
     std::vector<TrackPoint> points;
-    const std::string places = without_blanks_behind_commas(tags.content);
-    for (const std::string_view tuple : split_blanks(places)) {
+    const std::string positions = without_blanks_behind_commas(tags.content);
+    for (const std::string_view tuple : split_blanks(positions)) {
       TrackPoint& point = points.emplace_back();
       point.line = tags.line();
       point.height_mode = mode;
-      guard(point, [&] { read_kml_place(tags, tuple, ',', point); });
+      guard(point, [&] { read_kml_point(tags, tuple, ',', point); });
     }
     return points;
   }
@@ -282,8 +282,8 @@ class TrackReader {
       if (more.empty()) continue;
       // Trails are split into pieces, each of which begins at the end of the previous one.
       const auto same = [](const TrackPoint& a, const TrackPoint& b) {
-        return !a.bad && !b.bad && a.place.latitude_rad == b.place.latitude_rad &&
-               a.place.longitude_rad == b.place.longitude_rad;
+        return !a.bad && !b.bad && a.position.latitude_rad == b.position.latitude_rad &&
+               a.position.longitude_rad == b.position.longitude_rad;
       };
       const std::size_t known = points_.empty() ? 0 : 1;
       if (known > 0 && !same(points_.back(), more.front()))
@@ -343,7 +343,7 @@ class TrackReader {
                       last_m ? "that of the previous point is used" : "that of the next point is used, or 0");
       }
       if (!last_m) last_m = known == points_.end() ? 0 : height_of(*known, heights);
-      point.place.height_m = *last_m;
+      point.position.height_m = *last_m;
     }
   }
 
@@ -386,9 +386,9 @@ RecordedPoint point_of(const RecordAt& at, const rinex::AndroidLog& log, std::op
       throw NoValue(at.report.path(), at.line, "a fix without a time, latitude, longitude or altitude");
     return to_number(at, log.text(column), log.name(column));
   };
-  RecordedPoint point{{}, place_of(at, number(FixLatitude), number(FixLongitude)), at.line};
+  RecordedPoint point{{}, position_of(at, number(FixLatitude), number(FixLongitude)), at.line};
   if (!height_m || !is_missing(log.text(FixAltitude))) height_m = number(FixAltitude);
-  point.place.height_m = *height_m;
+  point.position.height_m = *height_m;
   if (!(std::abs(*height_m) < 1e6))
     throw at.error(fmt::format("the altitude {} m is out of range", *height_m));
   const double unix_ms = number(FixTime);
@@ -413,7 +413,7 @@ RecordedPath read_android_fixes(const std::filesystem::path& path, const HeightR
     }
     RecordedPoints& of = points[*provider];
     std::optional<double> instead_m;
-    if (!heights.needed) instead_m = of.empty() ? 0 : of.back().place.height_m;
+    if (!heights.needed) instead_m = of.empty() ? 0 : of.back().position.height_m;
     guard_record(report, [&] { of.push_back(point_of({report, log.file().line()}, log, instead_m)); });
   }
   report.require_most(points[0].size() + points[1].size() + points[2].size());

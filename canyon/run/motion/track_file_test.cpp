@@ -42,8 +42,8 @@ TEST(TrackFile, ReadsGpxTracks) {
   const TemporaryFolder folder;
   const RecordedPath track = read_track_file(folder.write("a.gpx", kGpx), "gpx");
   ASSERT_EQ(track.points.size(), 3U);
-  EXPECT_NEAR(geodesy::degrees(track.points[1].place.longitude_rad), 114.171, 1e-12);
-  EXPECT_EQ(track.points[1].place.height_m, 6.5);
+  EXPECT_NEAR(geodesy::degrees(track.points[1].position.longitude_rad), 114.171, 1e-12);
+  EXPECT_EQ(track.points[1].position.height_m, 6.5);
   EXPECT_DOUBLE_EQ(track.points[1].time - track.points[0].time, 10.5);
   EXPECT_THAT(track.report.warnings(), ::testing::ElementsAre(HasSubstr("sea level")));
   const TrajectoryFile drive = read_trajectory_file(folder.path() / "a.gpx", "gpx", {});
@@ -57,11 +57,11 @@ TEST(TrackFile, ReadsKml) {
   const RecordedPath track = read_track_file(folder.write("a.kml", kKmlTrack), "kml");
   ASSERT_EQ(track.points.size(), 2U);
   EXPECT_DOUBLE_EQ(track.points[1].time - track.points[0].time, 5);
-  EXPECT_EQ(track.points[0].place.height_m, 5.5);
+  EXPECT_EQ(track.points[0].position.height_m, 5.5);
   const RecordedPath line = read_track_file(folder.write("b.kml", kKmlLine), "kml");
   ASSERT_EQ(line.points.size(), 2U);
   EXPECT_FALSE(line.timed);
-  EXPECT_NEAR(geodesy::degrees(line.points[0].place.latitude_rad), 22.3, 1e-12);
+  EXPECT_NEAR(geodesy::degrees(line.points[0].position.latitude_rad), 22.3, 1e-12);
   EXPECT_THAT(line.report.warnings(), ::testing::Contains(HasSubstr("point without a height; ")));
 }
 
@@ -101,7 +101,7 @@ TEST(TrackFile, SegmentsComeInOrderOfTime) {
   const RecordedPath track = read_track_file(folder.write("a.gpx", newer + older), "gpx");
   ASSERT_EQ(track.points.size(), 4U);
   EXPECT_DOUBLE_EQ(track.points[3].time - track.points[0].time, 30);
-  EXPECT_EQ(track.points[1].place.height_m, 500);
+  EXPECT_EQ(track.points[1].position.height_m, 500);
   EXPECT_THAT(track.report.warnings(), ::testing::Contains(HasSubstr("point without a fix")));
   EXPECT_THAT(track.report.warnings(), ::testing::Contains(HasSubstr("point without a time")));
   EXPECT_THAT(track.report.warnings(),
@@ -159,8 +159,8 @@ TEST(TrackFile, KmlTracksAndModesOfHeight) {
   const RecordedPath absolute = read("absolute");
   ASSERT_EQ(absolute.points.size(), 2U);
   EXPECT_DOUBLE_EQ(absolute.points[1].time - absolute.points[0].time, 1800);
-  EXPECT_DOUBLE_EQ(absolute.points[0].place.height_m, 547);
-  EXPECT_DOUBLE_EQ(read("clampToGround").points[0].place.height_m, 500);
+  EXPECT_DOUBLE_EQ(absolute.points[0].position.height_m, 547);
+  EXPECT_DOUBLE_EQ(read("clampToGround").points[0].position.height_m, 500);
   EXPECT_THAT(read("relativeToGround").report.warnings(),
               ::testing::Contains(HasSubstr("height by the altitudeMode relativeToGround")));
   const RecordedPath lines =
@@ -203,8 +203,8 @@ TEST(TrackFile, KmlPointsWithTimesAreATrack) {
     ASSERT_EQ(path.points.size(), 3U);
     EXPECT_TRUE(path.timed);
     EXPECT_DOUBLE_EQ(path.points[2].time - path.points[0].time, 20);
-    EXPECT_NEAR(geodesy::degrees(path.points[0].place.latitude_rad), 48.1, 1e-12);
-    EXPECT_EQ(path.points[0].place.height_m, 525);
+    EXPECT_NEAR(geodesy::degrees(path.points[0].position.latitude_rad), 48.1, 1e-12);
+    EXPECT_EQ(path.points[0].position.height_m, 525);
   }
   const std::string span =
       "<TimeSpan><begin>2026-06-01T12:00:40Z</begin><end>2026-06-01T12:00:50Z</end></TimeSpan>";

@@ -28,7 +28,7 @@ Samples straight_samples(GpsTime start, const std::vector<Waypoint>& waypoints) 
   Eigen::Vector3d previous = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < waypoints.size(); ++i) {
     const Waypoint& waypoint = waypoints[i];
-    const Eigen::Vector3d ecef = geodesy::ecef_from_geodetic(waypoint.place);
+    const Eigen::Vector3d ecef = geodesy::ecef_from_geodetic(waypoint.position);
     if (i > 0) {
       const double duration_s = (ecef - previous).norm() / waypoint.speed_mps;
       if (!(duration_s < 1e8)) {
@@ -38,9 +38,9 @@ Samples straight_samples(GpsTime start, const std::vector<Waypoint>& waypoints) 
       t = t + duration_s;
     }
     // Two waypoints at one position count as one; their holds add up.
-    if (samples.empty() || t > samples.back().first) samples.emplace_back(t, waypoint.place);
+    if (samples.empty() || t > samples.back().first) samples.emplace_back(t, waypoint.position);
     t = t + waypoint.hold_s;
-    if (t > samples.back().first) samples.emplace_back(t, waypoint.place);
+    if (t > samples.back().first) samples.emplace_back(t, waypoint.position);
     previous = ecef;
   }
   return samples;
@@ -87,7 +87,7 @@ void set_smooth_yaw(Pose& pose, double yaw_rad, double yaw_rate_radps) {
 
 struct Trajectory::Track {
   std::vector<GpsTime> times;
-  std::vector<Geodetic> places;
+  std::vector<Geodetic> geodetic_positions;
   geodesy::LocalFrame frame;                // about the first position
   std::vector<Eigen::Vector3d> positions;   // in `frame`
   std::vector<Eigen::Vector3d> velocities;  // in `frame`, at the samples; cubic segments only
@@ -101,20 +101,21 @@ struct Trajectory::Track {
   Track(const std::vector<std::pair<GpsTime, Geodetic>>& samples, bool straight) : all_straight(straight) {
     if (samples.empty()) throw InputError("the trajectory is empty", "it needs at least one position");
     times.reserve(samples.size());
-    places.reserve(samples.size());
-    for (const auto& [time, place] : samples) {
-      geodesy::check_geodetic(place, "trajectory");
+    geodetic_positions.reserve(samples.size());
+    for (const auto& [time, geodetic] : samples) {
+      geodesy::check_geodetic(geodetic, "trajectory");
       if (!times.empty() && time <= times.back()) {
         throw InputError(fmt::format("trajectory: the time {} does not follow {}", format_gpst(time, 3),
                                      format_gpst(times.back(), 3)),
                          "times must increase strictly");
       }
       times.push_back(time);
-      places.push_back(place);
+      geodetic_positions.push_back(geodetic);
     }
-    frame = geodesy::LocalFrame(places.front());
-    positions.reserve(places.size());
-    for (const Geodetic& place : places) positions.push_back(frame.local_from_geodetic(place));
+    frame = geodesy::LocalFrame(geodetic_positions.front());
+    positions.reserve(geodetic_positions.size());
+    for (const Geodetic& geodetic : geodetic_positions)
+      positions.push_back(frame.local_from_geodetic(geodetic));
     for (std::size_t i = 0; i + 1 < positions.size(); ++i)
       length_m += (positions[i + 1] - positions[i]).norm();
     set_velocities();
@@ -172,7 +173,8 @@ struct Trajectory::Track {
       if (positions.size() < 2) return Eigen::Vector3d::Zero();
       const std::size_t segment = std::min(i, positions.size() - 2);
       const Eigen::Vector3d local = is_straight(segment) ? chord_velocity(segment) : velocities[i];
-      return geodesy::enu_from_ecef_rotation(places[i]) * (frame.ecef_from_local_rotation() * local);
+      return geodesy::enu_from_ecef_rotation(geodetic_positions[i]) *
+             (frame.ecef_from_local_rotation() * local);
     };
     std::size_t first_moving = n;
     double yaw = 0;
@@ -194,7 +196,7 @@ struct Trajectory::Track {
     if (times.size() == 1) {
       Pose pose;
       pose.time = t;
-      pose.position = places.front();
+      pose.position = geodetic_positions.front();
       return pose;
     }
     const auto after = std::upper_bound(times.begin(), times.end(), t);
@@ -228,20 +230,22 @@ struct Trajectory::Track {
     Pose pose;
     pose.time = t;
     if (t == times[i]) {
-      pose.position = places[i];
+      pose.position = geodetic_positions[i];
     } else if (t == times[i + 1]) {
-      pose.position = places[i + 1];
+      pose.position = geodetic_positions[i + 1];
     } else {
       pose.position = frame.geodetic_from_local(position);
       // A chord of many kilometres would run below the ellipsoid's surface.
       if (straight)
-        pose.position.height_m = places[i].height_m + s * (places[i + 1].height_m - places[i].height_m);
+        pose.position.height_m = geodetic_positions[i].height_m +
+                                 s * (geodetic_positions[i + 1].height_m - geodetic_positions[i].height_m);
     }
     const Eigen::Matrix3d enu_from_frame =
         geodesy::enu_from_ecef_rotation(pose.position) * frame.ecef_from_local_rotation();
     pose.velocity_enu_mps = enu_from_frame * velocity;
     pose.acceleration_enu_mps2 = enu_from_frame * acceleration;
-    if (straight) pose.velocity_enu_mps.z() = (places[i + 1].height_m - places[i].height_m) / h;
+    if (straight)
+      pose.velocity_enu_mps.z() = (geodetic_positions[i + 1].height_m - geodetic_positions[i].height_m) / h;
 
     const Eigen::Vector3d& v = pose.velocity_enu_mps;
     const Eigen::Vector3d& a = pose.acceleration_enu_mps2;
@@ -306,7 +310,7 @@ Trajectory Trajectory::from_waypoints(GpsTime start, const std::vector<Waypoint>
   if (waypoints.empty()) throw InputError("the list of waypoints is empty", "give at least one");
   for (std::size_t i = 0; i < waypoints.size(); ++i) {
     const Waypoint& w = waypoints[i];
-    geodesy::check_geodetic(w.place, fmt::format("waypoint {}", i + 1).c_str());
+    geodesy::check_geodetic(w.position, fmt::format("waypoint {}", i + 1).c_str());
     if (!(w.speed_mps > 0) || !(w.speed_mps <= 1e5)) {
       throw InputError(fmt::format("speed_mps: {} m/s is out of range", w.speed_mps),
                        "give a value above 0, at most 100000 m/s");
@@ -314,12 +318,12 @@ Trajectory Trajectory::from_waypoints(GpsTime start, const std::vector<Waypoint>
     if (!(w.hold_s >= 0) || !(w.hold_s <= 1e8))
       throw InputError(fmt::format("hold_s: {} s is out of range", w.hold_s), "give 0 to 1e8 s");
   }
-  Trajectory trajectory(Samples{{start, waypoints.front().place}});
+  Trajectory trajectory(Samples{{start, waypoints.front().position}});
   if (acceleration_mps2 && waypoints.size() > 1) {
     SmoothDrive drive = smooth_drive(waypoints, *acceleration_mps2);
     if (drive.length_m > 0) {
       auto track = std::make_shared<Track>(
-          Samples{{start, waypoints.front().place}, {start + drive.duration_s, waypoints.back().place}},
+          Samples{{start, waypoints.front().position}, {start + drive.duration_s, waypoints.back().position}},
           true);
       track->motion = std::move(drive.motion);
       track->motion_begin = start;
@@ -367,11 +371,11 @@ Trajectory Trajectory::smoothed(const std::function<Pose(GpsTime)>& pose) const 
   return smooth;
 }
 
-Trajectory Trajectory::fixed(GpsTime start, const Geodetic& place, double duration_s) {
+Trajectory Trajectory::fixed(GpsTime start, const Geodetic& position, double duration_s) {
   if (!(duration_s >= 0) || !(duration_s <= 1e9))
     throw InputError(fmt::format("duration_s: {} s is out of range", duration_s), "give 0 to 1e9 s");
-  std::vector<std::pair<GpsTime, Geodetic>> samples{{start, place}};
-  if (start + duration_s > start) samples.emplace_back(start + duration_s, place);
+  std::vector<std::pair<GpsTime, Geodetic>> samples{{start, position}};
+  if (start + duration_s > start) samples.emplace_back(start + duration_s, position);
   Trajectory trajectory(std::vector<std::pair<GpsTime, Geodetic>>{samples.front()});
   trajectory.track_ = std::make_shared<Track>(std::move(samples), true);
   return trajectory;

@@ -26,7 +26,7 @@ enum class Attitude : std::uint8_t {
 
 /// A corner of a drive.
 struct Waypoint {
-  geodesy::Geodetic place;
+  geodesy::Geodetic position;
   double speed_mps = 10;  ///< on the leg that ends here; above 0
   double hold_s = 0;      ///< standstill here
 };
@@ -57,7 +57,7 @@ class Trajectory {
                                                  const std::vector<Waypoint>& waypoints,
                                                  std::optional<double> acceleration_mps2);
   /// One position for `duration_s`.
-  [[nodiscard]] static Trajectory fixed(geodesy::GpsTime start, const geodesy::Geodetic& place,
+  [[nodiscard]] static Trajectory fixed(geodesy::GpsTime start, const geodesy::Geodetic& position,
                                         double duration_s);
 
   [[nodiscard]] geodesy::GpsTime begin() const;

@@ -77,12 +77,12 @@ TEST(TrajectoryCsv, NamesOfColumnsHaveUnits) {
            {"\"time\",\"lat\",\"lon\",\"height\"", "\"0\",-33.5,151.25,\"100\","}}) {
     SCOPED_TRACE(header);
     const TrajectoryFile file = read(std::string(header) + "\n" + line + "\n", "csv");
-    const geodesy::Geodetic place = file.trajectory.at(kStart).position;
+    const geodesy::Geodetic geodetic = file.trajectory.at(kStart).position;
     EXPECT_FALSE(file.has_own_dates);
     EXPECT_EQ(file.trajectory.begin(), kStart);
-    EXPECT_NEAR(degrees(place.latitude_rad), -33.5, 1e-9);
-    EXPECT_NEAR(degrees(place.longitude_rad), 151.25, 1e-9);
-    EXPECT_NEAR(place.height_m, 100, 1e-5);
+    EXPECT_NEAR(degrees(geodetic.latitude_rad), -33.5, 1e-9);
+    EXPECT_NEAR(degrees(geodetic.longitude_rad), 151.25, 1e-9);
+    EXPECT_NEAR(geodetic.height_m, 100, 1e-5);
     EXPECT_THAT(file.report.lines(), ElementsAre());
   }
   EXPECT_THAT(read("time,lat,lon,height_msl\n0,48,11,5\n", "csv").report.warnings(),
@@ -294,10 +294,10 @@ TEST(TrajectoryRtklib, ReadsItsDialects) {
     SCOPED_TRACE(text);
     const TrajectoryFile file = read(text, "", {});
     EXPECT_EQ(file.trajectory.begin(), kCases);
-    const geodesy::Geodetic place = file.trajectory.at(kCases).position;
-    EXPECT_NEAR(degrees(place.latitude_rad), -48.125, 1e-11);
-    EXPECT_NEAR(degrees(place.longitude_rad), 11.51, 1e-11);
-    EXPECT_NEAR(place.height_m, 547, 1e-9);
+    const geodesy::Geodetic geodetic = file.trajectory.at(kCases).position;
+    EXPECT_NEAR(degrees(geodetic.latitude_rad), -48.125, 1e-11);
+    EXPECT_NEAR(degrees(geodetic.longitude_rad), 11.51, 1e-11);
+    EXPECT_NEAR(geodetic.height_m, 547, 1e-9);
     EXPECT_THAT(file.report.lines(), ElementsAre());
   }
   EXPECT_THAT(read("% (lat/lon/height=WGS84/geodetic,Q=1:fix)\n%  GPST  " + degrees_header +
@@ -349,8 +349,8 @@ TEST(TrajectoryNmea, FixesAreThoseOfTheLines) {
   EXPECT_FALSE(own.has_own_dates);
   EXPECT_THAT(own.report.lines(), ElementsAre(HasSubstr("GGA sentence without a fix; left out")));
   EXPECT_EQ(own.points[1].time, parse_time("2019-04-28T12:00:09Z"));
-  EXPECT_NEAR(degrees(own.points[1].place.latitude_rad), 22 + 18.06932 / 60, 1e-12);
-  EXPECT_NEAR(own.points[1].place.height_m, 9.5 - 2.9, 1e-9);
+  EXPECT_NEAR(degrees(own.points[1].position.latitude_rad), 22 + 18.06932 / 60, 1e-12);
+  EXPECT_NEAR(own.points[1].position.height_m, 9.5 - 2.9, 1e-9);
 }
 
 TEST(TrajectoryNmea, NamesTheObservationsOfUbxBesideIt) {
@@ -360,11 +360,11 @@ TEST(TrajectoryNmea, NamesTheObservationsOfUbxBesideIt) {
 }
 
 TEST(TrajectoryNmea, OneGgaSentenceHasAPlace) {
-  const auto place = position_of_gga(gga("120000"));
-  ASSERT_TRUE(place);
-  EXPECT_NEAR(degrees(place->latitude_rad), 22 + 18.06932 / 60, 1e-12);
-  EXPECT_NEAR(degrees(place->longitude_rad), 114 + 10.74002 / 60, 1e-12);
-  EXPECT_NEAR(place->height_m, 9.5 - 2.9, 1e-9);
+  const auto position = position_of_gga(gga("120000"));
+  ASSERT_TRUE(position);
+  EXPECT_NEAR(degrees(position->latitude_rad), 22 + 18.06932 / 60, 1e-12);
+  EXPECT_NEAR(degrees(position->longitude_rad), 114 + 10.74002 / 60, 1e-12);
+  EXPECT_NEAR(position->height_m, 9.5 - 2.9, 1e-9);
   std::string damaged = gga("120000");
   damaged[20] = '9';
   for (const std::string& line :
@@ -509,10 +509,10 @@ void expect_straight(const TrajectoryFile& file, double height_m, int first = 0)
   const Trajectory& path = file.trajectory;
   EXPECT_NEAR(path.end() - path.begin(), kStraight - 1 - first, 1e-6);
   for (int i = first; i < kStraight; ++i) {
-    const geodesy::Geodetic place = path.at(path.begin() + (i - first)).position;
-    EXPECT_NEAR(degrees(place.latitude_rad), 48 + 1e-4 * i, 1e-7);
-    EXPECT_NEAR(degrees(place.longitude_rad), 11, 1e-7);
-    EXPECT_NEAR(place.height_m, height_m, 1e-6);
+    const geodesy::Geodetic geodetic = path.at(path.begin() + (i - first)).position;
+    EXPECT_NEAR(degrees(geodetic.latitude_rad), 48 + 1e-4 * i, 1e-7);
+    EXPECT_NEAR(degrees(geodetic.longitude_rad), 11, 1e-7);
+    EXPECT_NEAR(geodetic.height_m, height_m, 1e-6);
   }
 }
 

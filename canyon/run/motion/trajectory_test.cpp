@@ -18,7 +18,7 @@ using test::error_of;
 using ::testing::HasSubstr;
 
 const GpsTime kStart = GpsTime::from_week(2051, 46701);
-const Geodetic kPlace = Geodetic::from_degrees(22.3, 114.17, 5);
+const Geodetic kPosition = Geodetic::from_degrees(22.3, 114.17, 5);
 
 double distance_m(const Geodetic& a, const Geodetic& b) {
   return (geodesy::ecef_from_geodetic(a) - geodesy::ecef_from_geodetic(b)).norm();
@@ -28,7 +28,7 @@ double distance_m(const Geodetic& a, const Geodetic& b) {
 struct Circle {
   double r = 100;
   double v = 10;
-  geodesy::LocalFrame frame{kPlace};
+  geodesy::LocalFrame frame{kPosition};
 
   [[nodiscard]] Eigen::Vector3d position(double t) const {
     return {r * std::cos(v / r * t), r * std::sin(v / r * t), 0};
@@ -89,7 +89,7 @@ TEST(Trajectory, VelocityYawAndYawRateOfACircle) {
 TEST(Trajectory, VelocityIsTheDerivativeOfPositionAndContinuous) {
   const Circle circle;
   const Trajectory trajectory = circle.sampled(1, 20);
-  const geodesy::LocalFrame frame(kPlace);
+  const geodesy::LocalFrame frame(kPosition);
   constexpr double d = 1e-4;
   Eigen::Vector3d previous = trajectory.at(kStart + 0.5).velocity_enu_mps;
   for (double t = 0.5; t < 18.5; t += 0.01) {
@@ -105,7 +105,7 @@ TEST(Trajectory, VelocityIsTheDerivativeOfPositionAndContinuous) {
 
 // East at constant speed with unequal spacings: the parabola through three samples is exact for a line.
 TEST(Trajectory, UnevenSamplesOfAStraightDriveGiveItsSpeed) {
-  const geodesy::LocalFrame frame(kPlace);
+  const geodesy::LocalFrame frame(kPosition);
   std::vector<std::pair<GpsTime, Geodetic>> samples;
   for (const double t : {0.0, 0.2, 1.7, 2.0, 4.5, 4.6, 9.0}) {
     samples.emplace_back(kStart + t, frame.geodetic_from_local({12 * t, 0, 0}));
@@ -120,7 +120,7 @@ TEST(Trajectory, UnevenSamplesOfAStraightDriveGiveItsSpeed) {
 }
 
 TEST(Trajectory, BridgesLongGapsStraight) {
-  const geodesy::LocalFrame frame(kPlace);
+  const geodesy::LocalFrame frame(kPosition);
   // Northwards at 10 m/s, a gap of 10 s during which it moves 100 m east, then northwards again.
   std::vector<std::pair<GpsTime, Geodetic>> samples;
   for (int i = 0; i < 4; ++i) samples.emplace_back(kStart + i, frame.geodetic_from_local({0, 10.0 * i, 0}));
@@ -138,7 +138,7 @@ TEST(Trajectory, BridgesLongGapsStraight) {
 }
 
 TEST(Trajectory, HoldsItsYawAtStandstill) {
-  const geodesy::LocalFrame frame(kPlace);
+  const geodesy::LocalFrame frame(kPosition);
   // Stationary for 5 s, drives to the south-west for 5 s, stationary for 5 s with a millimetre of jitter.
   std::vector<std::pair<GpsTime, Geodetic>> samples;
   const double step = 10 / std::sqrt(2.0);
@@ -163,7 +163,7 @@ TEST(Trajectory, ClampsBeyondItsEnds) {
 }
 
 TEST(Trajectory, WaypointsGiveStraightLegsAtConstantSpeed) {
-  const geodesy::LocalFrame frame(kPlace);
+  const geodesy::LocalFrame frame(kPosition);
   const std::vector<Waypoint> corners{{frame.geodetic_from_local({0, 0, 0}), 10, 2},
                                       {frame.geodetic_from_local({30, 0, 0}), 10, 2},
                                       {frame.geodetic_from_local({30, 40, 0}), 10, 2}};
@@ -198,36 +198,36 @@ TEST(Trajectory, LongLegsStayAboveTheEllipsoid) {
 }
 
 TEST(Trajectory, AFixedPlaceStands) {
-  const Trajectory trajectory = Trajectory::fixed(kStart, kPlace, 60);
+  const Trajectory trajectory = Trajectory::fixed(kStart, kPosition, 60);
   EXPECT_EQ(trajectory.end(), kStart + 60.0);
-  EXPECT_EQ(distance_m(trajectory.at(kStart + 30.0).position, kPlace), 0);
+  EXPECT_EQ(distance_m(trajectory.at(kStart + 30.0).position, kPosition), 0);
   EXPECT_EQ(trajectory.at(kStart + 30.0).velocity_enu_mps.norm(), 0);
   EXPECT_EQ(trajectory.length_m(), 0);
-  EXPECT_EQ(Trajectory::fixed(kStart, kPlace, 0).end(), kStart);
+  EXPECT_EQ(Trajectory::fixed(kStart, kPosition, 0).end(), kStart);
 }
 
 TEST(Trajectory, RefusesBadSamples) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(error_of([] { Trajectory t({}); }).what(), HasSubstr("empty"));
   EXPECT_THAT(error_of([] {
-                Trajectory t({{kStart, kPlace}, {kStart, kPlace}});
+                Trajectory t({{kStart, kPosition}, {kStart, kPosition}});
               }).what(),
               HasSubstr("does not follow"));
   EXPECT_THAT(error_of([&] { Trajectory t({{kStart, {nan, 0, 0}}}); }).what(), HasSubstr("latitude"));
-  EXPECT_THAT(
-      error_of([] {
-        (void)Trajectory::from_waypoints(kStart, {Waypoint{kPlace, 0}, Waypoint{kPlace, 0}}, std::nullopt);
-      }).what(),
-      HasSubstr("speed_mps"));
-  EXPECT_THAT(error_of([&] {
-                (void)Trajectory::from_waypoints(kStart, {Waypoint{kPlace, nan}}, std::nullopt);
+  EXPECT_THAT(error_of([] {
+                (void)Trajectory::from_waypoints(kStart, {Waypoint{kPosition, 0}, Waypoint{kPosition, 0}},
+                                                 std::nullopt);
               }).what(),
               HasSubstr("speed_mps"));
   EXPECT_THAT(error_of([&] {
-                (void)Trajectory::from_waypoints(kStart, {Waypoint{kPlace, 1, -1}}, std::nullopt);
+                (void)Trajectory::from_waypoints(kStart, {Waypoint{kPosition, nan}}, std::nullopt);
+              }).what(),
+              HasSubstr("speed_mps"));
+  EXPECT_THAT(error_of([&] {
+                (void)Trajectory::from_waypoints(kStart, {Waypoint{kPosition, 1, -1}}, std::nullopt);
               }).what(),
               HasSubstr("hold_s"));
-  EXPECT_THAT(error_of([&] { (void)Trajectory::fixed(kStart, kPlace, nan); }).what(),
+  EXPECT_THAT(error_of([&] { (void)Trajectory::fixed(kStart, kPosition, nan); }).what(),
               HasSubstr("duration_s"));
 }
 

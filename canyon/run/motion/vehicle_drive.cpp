@@ -39,17 +39,17 @@ VehicleDrive VehicleDrive::along_waypoints(const std::vector<Vector3d>& waypoint
   VehicleDrive drive;
   drive.loop_ = options.loop;
   double time_s = 0;
-  const auto arrive = [&](const Vector3d& place) {
+  const auto arrive = [&](const Vector3d& point) {
     if (!drive.stops_.empty()) {
-      const double leg_s = (place - drive.stops_.back().position_m).norm() / options.speed_mps;
-      if (leg_s > 0) drive.stops_.push_back({time_s += leg_s, place, 0});
+      const double leg_s = (point - drive.stops_.back().position_m).norm() / options.speed_mps;
+      if (leg_s > 0) drive.stops_.push_back({time_s += leg_s, point, 0});
     } else {
-      drive.stops_.push_back({time_s, place, 0});
+      drive.stops_.push_back({time_s, point, 0});
     }
   };
-  for (const Vector3d& place : waypoints_m) {
-    arrive(place);
-    if (options.hold_s > 0) drive.stops_.push_back({time_s += options.hold_s, place, 0});
+  for (const Vector3d& point : waypoints_m) {
+    arrive(point);
+    if (options.hold_s > 0) drive.stops_.push_back({time_s += options.hold_s, point, 0});
   }
   if (options.loop) arrive(waypoints_m.front());
   drive.end_s_ = time_s;

@@ -82,9 +82,9 @@ TEST(VehicleDrive, PlacesTrajectoriesByTheWorldsHeading) {
   const Vector3d x_axis(std::cos(heading), std::sin(heading), 0);  // in ENU
   const Vector3d y_axis(-std::sin(heading), std::cos(heading), 0);
   const DrivePose pose = drive.at(10);
-  const Vector3d place(40, 60, 2);
-  EXPECT_NEAR(pose.position_m.x(), place.dot(x_axis), 1e-3);
-  EXPECT_NEAR(pose.position_m.y(), place.dot(y_axis), 1e-3);
+  const Vector3d point(40, 60, 2);
+  EXPECT_NEAR(pose.position_m.x(), point.dot(x_axis), 1e-3);
+  EXPECT_NEAR(pose.position_m.y(), point.dot(y_axis), 1e-3);
   EXPECT_NEAR(pose.position_m.z(), 2, 1e-3);
   EXPECT_NEAR(pose.velocity_mps.x(), 10 * x_axis.y(), 1e-3);
   EXPECT_NEAR(pose.velocity_mps.y(), 10 * y_axis.y(), 1e-3);
@@ -106,14 +106,14 @@ TEST(VehicleDrive, RefusesWhatItCannotFollow) {
   EXPECT_NE(waypoints(kPath, 0, 0).find("speed_mps: 0"), std::string::npos);
   EXPECT_NE(waypoints(kPath, nan, 0).find("speed_mps: nan"), std::string::npos);
   EXPECT_NE(waypoints(kPath, 1, -1).find("hold_s: -1"), std::string::npos);
-  const Geodetic place = Geodetic::from_degrees(22.3, 114.17, 5);
+  const Geodetic position = Geodetic::from_degrees(22.3, 114.17, 5);
   const GpsTime start = GpsTime::from_week(2050, 1000);
-  const auto drive = Trajectory::fixed(start, place, 60);
+  const auto drive = Trajectory::fixed(start, position, 60);
   const auto along = [&](GpsTime zero, const LocalFrame& world) {
     return canyon::test::refusal([&] { (void)VehicleDrive::along_trajectory(drive, zero, world, false); });
   };
   EXPECT_NE(along(start, LocalFrame()).find("<spherical_coordinates>"), std::string::npos);
-  EXPECT_NE(along(start + 61, LocalFrame(place)).find("ended 1.000 s before"), std::string::npos);
+  EXPECT_NE(along(start + 61, LocalFrame(position)).find("ended 1.000 s before"), std::string::npos);
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ TEST_F(TrackFiles, ReadsACutFileToItsLastWholePoint) {
   const std::size_t last = whole.rfind("<ele>500") + 7;  // "<ele>50"
   const RecordedPath cut = read(whole.substr(0, last));
   ASSERT_EQ(cut.points.size(), 2U);
-  EXPECT_EQ(cut.points.back().place.height_m, 500);
+  EXPECT_EQ(cut.points.back().position.height_m, 500);
   EXPECT_THAT(cut.report.warnings(),
               Contains(HasSubstr("a.gpx:4: the file ends without </gpx>; read up to there")));
   EXPECT_THAT(read(whole).report.warnings(), Not(Contains(HasSubstr("ends without"))));
@@ -78,7 +78,7 @@ TEST_F(TrackFiles, TimesWithoutAZoneAndBlanksBehindCommas) {
       read("<kml><LineString><coordinates>11.0, 48.0, 500\n 11.0, 48.1, 501</coordinates></LineString></kml>",
            "kml");
   ASSERT_EQ(line.points.size(), 2U);
-  EXPECT_EQ(line.points[1].place.height_m, 501);
+  EXPECT_EQ(line.points[1].position.height_m, 501);
 }
 
 }  // namespace

@@ -97,9 +97,9 @@ std::vector<Direction> directions(int reflected) {
   const simulation::Simulation simulation = simulate(0, reflected);
   Recorder a(simulation, 0, true), b(simulation, 1, true), c(simulation, 2, true);
   (void)simulation.run({&a, &b, &c});
-  std::array<Eigen::Vector3d, 3> places;
+  std::array<Eigen::Vector3d, 3> points;
   for (std::size_t i = 0; i < 3; ++i) {
-    places[i] = simulation.environment().city().frame.local_from_geodetic(
+    points[i] = simulation.environment().city().frame.local_from_geodetic(
         simulation.antenna_pose(i, simulation.begin()).position);
   }
   std::vector<Direction> all;
@@ -128,7 +128,7 @@ std::vector<Direction> directions(int reflected) {
     direction.elevation_deg = geodesy::degrees(line->elevation_rad);
     for (std::size_t i = 0; i < 2; ++i) {
       const double metres_per_turn = kWavelength_m / kApart_m;
-      const Eigen::Vector3d baseline = places[i + 1] - places[0];
+      const Eigen::Vector3d baseline = points[i + 1] - points[0];
       EXPECT_NEAR(baseline.norm(), kApart_m, 1e-6);
       direction.expected[i] = baseline.dot(arrival) / kApart_m;
       // Noise of variance 2: of the phase of a sum of power P 1 / P, and of two 2 / P.

@@ -290,8 +290,8 @@ std::vector<float> low_pass(double rate_hz, double pass_hz, double stop_hz) {
   double energy = 0;
   for (int k = -half; k <= half; ++k) {
     const double x = geodesy::kPi * edge * k;
-    const double place = static_cast<double>(k) / half;
-    exact.push_back((k == 0 ? 1 : std::sin(x) / x) * bessel_i0(beta * std::sqrt(1 - place * place)));
+    const double position = static_cast<double>(k) / half;
+    exact.push_back((k == 0 ? 1 : std::sin(x) / x) * bessel_i0(beta * std::sqrt(1 - position * position)));
     energy += exact.back() * exact.back();
   }
   std::vector<float> taps;

@@ -154,7 +154,7 @@ class Interpolator final : public PathInterpolator {
     EpochSignals now;
     now.reading_s = (time - *whole_second) + epoch.observed.clock_bias_s - epoch.observed.events.clock_bias_s;
     model.receive(epoch.arrival->interference, now.waves);
-    if (epoch.arrival->placement == raytrace::Placement::Free) {
+    if (epoch.arrival->containment == raytrace::Containment::Free) {
       for (const propagation::SatelliteView& view : epoch.arrival->views)
         for (const gnss::Signal& signal : gnss::signals_of(view.line.id.system))
           add_signal(epoch, view, signal, now);

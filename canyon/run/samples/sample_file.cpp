@@ -138,7 +138,7 @@ std::uintmax_t SampleFile::expected_bytes() const {
 
 void SampleFile::write(const simulation::Epoch& epoch) {
   if (epoch.receiver != options_.receiver) return;
-  if (!place_) place_ = epoch.truth.position;
+  if (!position_) position_ = epoch.truth.position;
   clipped_ = of_epoch_ = 0;
   generator_.next(epoch, [this](const SampleBlock& block, std::size_t samples) { put(block, samples); });
   if (of_epoch_ > 0)
@@ -205,11 +205,11 @@ std::string SampleFile::metadata() const {
   capture["core:sample_start"] = 0;
   capture["core:frequency"] = front_end_.zero_hz();
   if (samples_ > 0) capture["core:datetime"] = geodesy::format_utc(generator_.begin(), 9);
-  if (place_) {
+  if (position_) {
     Json point = Json::object();
     point["type"] = "Point";
-    point["coordinates"] = Json{geodesy::degrees(place_->longitude_rad),
-                                geodesy::degrees(place_->latitude_rad), place_->height_m};
+    point["coordinates"] = Json{geodesy::degrees(position_->longitude_rad),
+                                geodesy::degrees(position_->latitude_rad), position_->height_m};
     capture["core:geolocation"] = std::move(point);
   }
   Json meta = Json::object();

@@ -125,7 +125,7 @@ class SampleFile final : public simulation::EpochSink {
   std::uintmax_t samples_ = 0;
   std::size_t clipped_ = 0, of_epoch_ = 0;
   double most_clipped_ = 0;  ///< clipped fraction of the parts of an epoch, maximum
-  std::optional<geodesy::Geodetic> place_;
+  std::optional<geodesy::Geodetic> position_;
 };
 
 /// One file for each band of the scenario's `samples:`: `path`, or for several bands its stem and the band

@@ -280,9 +280,9 @@ std::vector<Component> components(gnss::SatelliteId id, const gnss::Signal& sign
     case System::QZSS:
       return gps_components(192 + id.number, signal.name);
     case System::SBAS: {
-      const int place = id.number - 20;  // PRN 120 is the first
-      if (place < 0 || place >= static_cast<int>(std::size(kSbasDelays))) return {};
-      return {data_alone(ca(kSbasDelays[place]), 1.023e6)};
+      const int index = id.number - 20;  // PRN 120 is the first
+      if (index < 0 || index >= static_cast<int>(std::size(kSbasDelays))) return {};
+      return {data_alone(ca(kSbasDelays[index]), 1.023e6)};
     }
     case System::GLONASS:
       // ICD GLONASS L1, L2 (5.1, 2008) 3.3.2.1: the output is stage 7.

@@ -95,21 +95,21 @@ struct TrajectoryConfig {
 };
 
 /// The position of an antenna that does not move.
-struct FixedPlace {
-  geodesy::Geodetic place;
+struct FixedPosition {
+  geodesy::Geodetic position;
   /// East, north, up [m] from the city's origin, if the position was given so; settle() converts it to
-  /// `place`.
+  /// `position`.
   std::optional<Eigen::Vector3d> local_m;
 
   void settle(const geodesy::LocalFrame& city) {
-    if (local_m) place = city.geodetic_from_local(*local_m);
+    if (local_m) position = city.geodetic_from_local(*local_m);
   }
 };
 
 struct ReceiverConfig {
   receiver::ReceiverOptions options;
   /// The position of a base station's antenna, independent of trajectory and lever arm.
-  std::optional<FixedPlace> fixed;
+  std::optional<FixedPosition> fixed;
   propagation::PropagationOptions propagation;            ///< profile, then scenario, then receiver
   Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();  ///< forward, left, up from the reference point
   disturbance::StreetOptions streets;                     ///< one for all receivers of a scenario

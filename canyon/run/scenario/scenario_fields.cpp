@@ -127,19 +127,19 @@ namespace {
 
 constexpr Range kLocal_m{-1e6, 1e6};
 
-using PlaceKeys = disturbance::PlaceOptions;
+using PositionKeys = disturbance::PositionOptions;
 
-PlaceKeys keys_of(const TrajectoryConfig& config, std::size_t index) {
-  PlaceKeys keys;
+PositionKeys keys_of(const TrajectoryConfig& config, std::size_t index) {
+  PositionKeys keys;
   for (const auto& [number, enu] : config.local_waypoints) {
     if (number != index) continue;
     keys.east_m = enu.x(), keys.north_m = enu.y(), keys.up_m = enu.z();
     return keys;
   }
-  const Geodetic& place = config.waypoints[index];
-  keys.latitude_deg = options::exact_degrees(place.latitude_rad);
-  keys.longitude_deg = options::exact_degrees(place.longitude_rad);
-  keys.height_m = place.height_m;
+  const Geodetic& position = config.waypoints[index];
+  keys.latitude_deg = options::exact_degrees(position.latitude_rad);
+  keys.longitude_deg = options::exact_degrees(position.longitude_rad);
+  keys.height_m = position.height_m;
   return keys;
 }
 
@@ -151,41 +151,41 @@ std::optional<geodesy::LocalFrame> known_frame(Visitor& v, const CityConfig& cit
 }
 
 // A position by its keys. @param height_cure for a missing height; empty: the height may be absent
-FixedPlace place_of(Visitor& v, const PlaceKeys& keys, const std::optional<geodesy::LocalFrame>& frame,
-                    std::string_view height_cure) {
+FixedPosition position_of(Visitor& v, const PositionKeys& keys,
+                          const std::optional<geodesy::LocalFrame>& frame, std::string_view height_cure) {
   const auto height = [&](std::string_view key, const std::optional<double>& value) {
     if (!value && !height_cure.empty()) throw v.fault({}, fmt::format("'{}' is missing", key), height_cure);
     return value.value_or(0);
   };
-  FixedPlace place;
+  FixedPosition position;
   if (keys.east_m || keys.north_m || keys.up_m) {
     constexpr std::string_view kCure =
         "use either east_m, north_m and up_m or latitude_deg, longitude_deg and height_m";
     v.require("east_m", kCure);
     v.require("north_m", kCure);
-    place.local_m = Eigen::Vector3d(*keys.east_m, *keys.north_m, height("up_m", keys.up_m));
-    if (frame) place.place = frame->geodetic_from_local(*place.local_m);
+    position.local_m = Eigen::Vector3d(*keys.east_m, *keys.north_m, height("up_m", keys.up_m));
+    if (frame) position.position = frame->geodetic_from_local(*position.local_m);
   } else {
     v.require("latitude_deg");
     v.require("longitude_deg");
-    place.place =
+    position.position =
         Geodetic::from_degrees(*keys.latitude_deg, *keys.longitude_deg, height("height_m", keys.height_m));
   }
-  return place;
+  return position;
 }
 
 // A position becomes the next waypoint.
-void add_place(Visitor& v, const PlaceKeys& keys, const std::optional<geodesy::LocalFrame>& frame,
-               TrajectoryConfig& config, bool on_terrain = false) {
-  const FixedPlace place = place_of(
+void add_position(Visitor& v, const PositionKeys& keys, const std::optional<geodesy::LocalFrame>& frame,
+                  TrajectoryConfig& config, bool on_terrain = false) {
+  const FixedPosition position = position_of(
       v, keys, frame,
       on_terrain || config.height_above_terrain_m ? "" : "give it, or trajectory.height_above_terrain_m");
-  if (place.local_m) config.local_waypoints.emplace_back(config.waypoints.size(), *place.local_m);
-  config.waypoints.push_back(place.place);
+  if (position.local_m) config.local_waypoints.emplace_back(config.waypoints.size(), *position.local_m);
+  config.waypoints.push_back(position.position);
 }
 
 // `height_note`: after the help of heights.
-void visit_place(Visitor& v, PlaceKeys& keys, const std::string& what, const std::string& height_note) {
+void visit_position(Visitor& v, PositionKeys& keys, const std::string& what, const std::string& height_note) {
   const bool local = keys.east_m || v.has("east_m") || v.has("north_m") || v.has("up_m");
   const std::string latitude = what + ": geodetic latitude (WGS 84)";
   const std::string height = "ellipsoidal height" + height_note, up = "above the city's origin" + height_note;
@@ -204,7 +204,7 @@ void visit_place(Visitor& v, PlaceKeys& keys, const std::string& what, const std
 }
 
 struct WaypointKeys {
-  PlaceKeys place;
+  PositionKeys position;
   TrajectoryConfig::Leg leg;
 };
 
@@ -261,18 +261,18 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
             "attitude of the vehicle and its antenna: level; aircraft (nose along the path, banked in "
             "turns); multirotor (tilted by its acceleration); car (nose along the path, level across)"},
            config.attitude, kAttitudes);
-  std::vector<WaypointKeys> places;
+  std::vector<WaypointKeys> points;
   for (std::size_t i = 0; i < config.waypoints.size() && !v.reads(); ++i)
-    places.push_back({keys_of(config, i), i < config.legs.size() ? config.legs[i] : TrajectoryConfig::Leg{}});
-  v.list("waypoints", places, [&](WaypointKeys& keys) {
-    visit_place(v, keys.place, "corner of a drive with straight legs", kHeightNote);
+    points.push_back({keys_of(config, i), i < config.legs.size() ? config.legs[i] : TrajectoryConfig::Leg{}});
+  v.list("waypoints", points, [&](WaypointKeys& keys) {
+    visit_position(v, keys.position, "corner of a drive with straight legs", kHeightNote);
     visit_leg(v, keys.leg);
     if (!v.reads()) return;
     if (keys.leg.height_above_terrain_m && config.height_above_terrain_m)
       throw v.fault("height_above_terrain_m", "is given both at the waypoint and at the trajectory",
                     "keep one: the trajectory's value follows the terrain, waypoints' values are joined by "
                     "straight lines");
-    add_place(v, keys.place, frame, config, keys.leg.height_above_terrain_m.has_value());
+    add_position(v, keys.position, frame, config, keys.leg.height_above_terrain_m.has_value());
     config.legs.push_back(keys.leg);
   });
   if (v.reads() && std::all_of(config.legs.begin(), config.legs.end(), [](const TrajectoryConfig::Leg& leg) {
@@ -281,7 +281,7 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
     config.legs.clear();
   const bool track =
       config.file && (config.format == "gpx" || config.format == "kml" || config.format == "csv");
-  if (v.wants(track || (v.reads() ? v.has("waypoints") : !places.empty()))) {
+  if (v.wants(track || (v.reads() ? v.has("waypoints") : !points.empty()))) {
     v.number({"speed_mps", "m/s", "speed between waypoints"}, config.speed_mps, {0, 1e4, true});
     v.number({"hold_s", "s", "time at rest at each waypoint"}, config.hold_s, {0, 1e6});
     v.number(
@@ -292,25 +292,25 @@ void visit_trajectory(Visitor& v, TrajectoryConfig& config, const CityConfig& ci
   }
   if (!v.wants(v.reads())) return;  // one position is written as a list of one
   v.section("position", [&] {
-    PlaceKeys keys;
-    visit_place(v, keys, "fixed position for duration_s", kHeightNote);
-    if (v.reads()) add_place(v, keys, frame, config);
+    PositionKeys keys;
+    visit_position(v, keys, "fixed position for duration_s", kHeightNote);
+    if (v.reads()) add_position(v, keys, frame, config);
   });
 }
 
-void visit_fixed(Visitor& v, std::optional<FixedPlace>& fixed, const CityConfig& city) {
+void visit_fixed(Visitor& v, std::optional<FixedPosition>& fixed, const CityConfig& city) {
   if (!v.wants(v.reads() ? v.has("fixed") : fixed.has_value())) return;
   v.section("fixed", [&] {
-    PlaceKeys keys;
+    PositionKeys keys;
     if (fixed && fixed->local_m) {
       keys.east_m = fixed->local_m->x(), keys.north_m = fixed->local_m->y(), keys.up_m = fixed->local_m->z();
     } else if (fixed) {
-      keys.latitude_deg = options::exact_degrees(fixed->place.latitude_rad);
-      keys.longitude_deg = options::exact_degrees(fixed->place.longitude_rad);
-      keys.height_m = fixed->place.height_m;
+      keys.latitude_deg = options::exact_degrees(fixed->position.latitude_rad);
+      keys.longitude_deg = options::exact_degrees(fixed->position.longitude_rad);
+      keys.height_m = fixed->position.height_m;
     }
-    visit_place(v, keys, "fixed antenna of a base station, independent of trajectory and lever_arm", "");
-    if (v.reads()) fixed = place_of(v, keys, known_frame(v, city), "give the height of the base station");
+    visit_position(v, keys, "fixed antenna of a base station, independent of trajectory and lever_arm", "");
+    if (v.reads()) fixed = position_of(v, keys, known_frame(v, city), "give the height of the base station");
   });
 }
 

@@ -22,7 +22,7 @@ void visit_seed(options::Visitor& v, std::uint64_t& seed);
 void visit_outputs(options::Visitor& v, OutputConfig& config);
 /// A reader sets the positions of waypoints given by east, north, up if the city's origin is known.
 void visit_trajectory(options::Visitor& v, TrajectoryConfig& config, const CityConfig& city);
-void visit_fixed(options::Visitor& v, std::optional<FixedPlace>& fixed, const CityConfig& city);
+void visit_fixed(options::Visitor& v, std::optional<FixedPosition>& fixed, const CityConfig& city);
 /// Name and profile, which a reader applies before other fields. `several`: a name is required.
 void visit_name_and_profile(options::Visitor& v, ReceiverConfig& config, bool several);
 /// The list of receivers, with their profiles, below the scenario's own sections propagation, noise,

@@ -42,9 +42,9 @@ std::string fault(const std::string& text) {
 }
 
 const std::string kCity = "city: {synthetic: {}}\n";
-const std::string kPlace =
+const std::string kPosition =
     "start: 2026-06-01T12:00:00Z\ntrajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n";
-const std::string kMinimal = kCity + kPlace;
+const std::string kMinimal = kCity + kPosition;
 
 // The issue's example, word for word.
 const std::string kIssueExample = R"(city:
@@ -314,21 +314,21 @@ TEST(Scenario, NamesWrongTypesUnitsAndRanges) {
   EXPECT_THAT(fault(kMinimal + "noise: {theta_per_s: 0}\n"), HasSubstr("theta_per_s: 0 is out of range"));
   EXPECT_THAT(fault(kMinimal + "propagation: {model: mirrow}\n"), HasSubstr("did you mean 'mirror'?"));
   EXPECT_THAT(fault(kMinimal + "propagation: {max_incidence_deg: 91}\n"), HasSubstr("at most 90"));
-  EXPECT_THAT(fault("city: {open: true, origin: {latitude_deg: 1278, longitude_deg: 4}}\n" + kPlace),
+  EXPECT_THAT(fault("city: {open: true, origin: {latitude_deg: 1278, longitude_deg: 4}}\n" + kPosition),
               HasSubstr("s.yaml:1: latitude_deg: 1278 is out of range; it is at least -90 and at most 90"));
 }
 
 TEST(Scenario, NamesWhatIsMissingOrContradicts) {
-  EXPECT_THAT(fault(kPlace), HasSubstr("'city' is missing"));
+  EXPECT_THAT(fault(kPosition), HasSubstr("'city' is missing"));
   EXPECT_THAT(fault(kCity), HasSubstr("'trajectory' is missing"));
-  EXPECT_THAT(fault("city: {origin: {latitude_deg: 1, longitude_deg: 1}}\n" + kPlace),
+  EXPECT_THAT(fault("city: {origin: {latitude_deg: 1, longitude_deg: 1}}\n" + kPosition),
               HasSubstr("city has no content"));
-  EXPECT_THAT(fault("city: {open: true}\n" + kPlace), HasSubstr("city has no origin"));
+  EXPECT_THAT(fault("city: {open: true}\n" + kPosition), HasSubstr("city has no origin"));
   EXPECT_THAT(
-      fault("city: {open: true, synthetic: {}}\n" + kPlace),
+      fault("city: {open: true, synthetic: {}}\n" + kPosition),
       HasSubstr("open: conflicts with 'synthetic'; keep one of osm, file, mesh, tiles, synthetic or open"));
-  EXPECT_THAT(fault("city: {synthetic: {}, scale: 2}\n" + kPlace), HasSubstr("scale: has no effect"));
-  EXPECT_THAT(fault("city: {synthetic: {min_height_m: 50, max_height_m: 20}}\n" + kPlace),
+  EXPECT_THAT(fault("city: {synthetic: {}, scale: 2}\n" + kPosition), HasSubstr("scale: has no effect"));
+  EXPECT_THAT(fault("city: {synthetic: {min_height_m: 50, max_height_m: 20}}\n" + kPosition),
               HasSubstr("height"));
   EXPECT_THAT(fault(kMinimal + "sky: {nominal: false}\n"), HasSubstr("no other source"));
   EXPECT_THAT(fault(kMinimal + "sky: {systems: [GPS, Galilei]}\n"),
@@ -374,7 +374,7 @@ TEST(Scenario, FilesMustExist) {
   EXPECT_THAT(fault(kMinimal + "sky:\n  navigation:\n  - nowhere.19n\n"),
               HasSubstr("s.yaml:5: navigation: there is no file 'nowhere.19n'; paths are relative to the "
                         "scenario's folder"));
-  EXPECT_THAT(fault("city: {mesh: nowhere.dae, origin: {latitude_deg: 1, longitude_deg: 1}}\n" + kPlace),
+  EXPECT_THAT(fault("city: {mesh: nowhere.dae, origin: {latitude_deg: 1, longitude_deg: 1}}\n" + kPosition),
               HasSubstr("s.yaml:1: mesh: there is no file"));
   EXPECT_THAT(fault(kCity + "trajectory:\n  file: t.csv\n"),
               HasSubstr("s.yaml:3: file: there is no file 't.csv'"));
@@ -416,7 +416,7 @@ TEST(Scenario, CitiesOfMapsAndFiles) {
     (void)folder.write(name, "");
   }
   const auto read = [&](const std::string& city) {
-    return parse_scenario("city: {" + city + "}\n" + kPlace, folder / "s.yaml").city;
+    return parse_scenario("city: {" + city + "}\n" + kPosition, folder / "s.yaml").city;
   };
   const CityConfig map =
       read("osm: [a.osm.pbf, b.JSON], bbox: [10.5, -20, 11, 20.5], default_height_m: 11, heights: [house=7]");

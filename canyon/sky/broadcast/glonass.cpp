@@ -25,13 +25,13 @@ Calendar four_year_calendar(const geodesy::CalendarTime& moscow) {
 /// of two, with bit 9 at position 3; the last parity bit covers all.
 std::uint32_t check_bits(const Bits& data) {
   std::uint32_t check = 0;
-  std::uint32_t place = 2;
+  std::uint32_t index = 2;
   bool all = false;
   for (std::size_t i = data.size(); i-- > 0;) {  // bit 9 is last
-    do ++place;
-    while ((place & (place - 1)) == 0);
+    do ++index;
+    while ((index & (index - 1)) == 0);
     if (!data[i]) continue;
-    check ^= place;
+    check ^= index;
     all = !all;
   }
   for (int i = 0; i < 7; ++i) all ^= (check >> i & 1) != 0;

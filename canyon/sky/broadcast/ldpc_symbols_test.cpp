@@ -98,9 +98,9 @@ TEST(Ldpc, WordsFulfilTheParityChecks) {
       for (std::size_t i = 0; i < information.size(); ++i) EXPECT_EQ(word[i], information[i]);
       EXPECT_EQ(broken_checks(checks, symbol_bits, word), 0);
       Bits wrong;
-      const std::size_t place = random() % word.size();
-      for (std::size_t i = 0; i < word.size(); ++i) wrong.put(word[i] != (i == place) ? 1 : 0, 1);
-      EXPECT_EQ(broken_checks(checks, symbol_bits, wrong), uses[place / symbol_bits]);
+      const std::size_t index = random() % word.size();
+      for (std::size_t i = 0; i < word.size(); ++i) wrong.put(word[i] != (i == index) ? 1 : 0, 1);
+      EXPECT_EQ(broken_checks(checks, symbol_bits, wrong), uses[index / symbol_bits]);
     }
   }
 }

@@ -56,7 +56,7 @@ MessagePace pace_of(gnss::SatelliteId id, const gnss::Signal& signal, GpsTime t)
   return pace(MessageKind::Lnav, 0, 6, 5, 0b111);
 }
 
-MessagePlace place_of(const MessagePace& pace, GpsTime t) {
+CurrentMessage position_of(const MessagePace& pace, GpsTime t) {
   const std::int64_t k = floor_div(t.nanoseconds() - pace.offset, pace.period);
   const std::int64_t first = floor_div(k, pace.of_frame) * pace.of_frame;
   const auto start = [&](std::int64_t i) { return GpsTime::from_nanoseconds(pace.offset + i * pace.period); };
@@ -64,8 +64,8 @@ MessagePlace place_of(const MessagePace& pace, GpsTime t) {
 }
 
 std::vector<std::uint32_t> message_words(const gnss::NavigationData& navigation, gnss::SatelliteId id,
-                                         const MessagePace& pace, const MessagePlace& place) {
-  const auto [start, frame_start, number] = place;
+                                         const MessagePace& pace, const CurrentMessage& current) {
+  const auto [start, frame_start, number] = current;
   if (pace.kind == MessageKind::Glonass) {
     const gnss::GlonassEphemeris* e = sent_record(navigation.glonass, id, frame_start);
     if (e == nullptr || number > 4) return {};
@@ -112,8 +112,8 @@ std::vector<SentMessage> sent_messages(const gnss::NavigationData& navigation, g
   if (id.system == System::SBAS) return messages;
   const MessagePace pace = pace_of(id, gnss::signals_of(id.system).front(), to);
   const std::chrono::nanoseconds duration(pace.duration), period(pace.period);
-  for (GpsTime t = place_of(pace, from - duration).start + period; t + duration <= to; t = t + period) {
-    std::vector<std::uint32_t> words = message_words(navigation, id, pace, place_of(pace, t));
+  for (GpsTime t = position_of(pace, from - duration).start + period; t + duration <= to; t = t + period) {
+    std::vector<std::uint32_t> words = message_words(navigation, id, pace, position_of(pace, t));
     if (!words.empty()) messages.push_back({id, t, std::move(words)});
   }
   return messages;

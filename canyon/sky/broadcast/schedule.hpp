@@ -53,11 +53,11 @@ struct MessagePace {
 [[nodiscard]] MessagePace pace_of(gnss::SatelliteId id, const gnss::Signal& signal, geodesy::GpsTime t);
 
 /// The current message, or the last one.
-struct MessagePlace {
+struct CurrentMessage {
   geodesy::GpsTime start, frame_start;
   int number = 0;  ///< in its frame, from 0
 };
-[[nodiscard]] MessagePlace place_of(const MessagePace& pace, geodesy::GpsTime t);
+[[nodiscard]] CurrentMessage position_of(const MessagePace& pace, geodesy::GpsTime t);
 
 /// The words of a message of LNAV, I/NAV, D1, D2 or GLONASS as made by messages.hpp (strings of GLONASS:
 /// three words of 32 bits, first bit most significant), with the record at the start of its frame. Of D2 only
@@ -65,7 +65,7 @@ struct MessagePlace {
 /// almanacs, and pages of LNAV except page 18 of subframe 4, once in 12.5 min.
 [[nodiscard]] std::vector<std::uint32_t> message_words(const gnss::NavigationData& navigation,
                                                        gnss::SatelliteId id, const MessagePace& pace,
-                                                       const MessagePlace& place);
+                                                       const CurrentMessage& current);
 
 /// A message sent by a satellite: subframe, page or string, with the words of message_words().
 struct SentMessage {

@@ -198,15 +198,15 @@ Symbols glonass_symbols(const std::vector<std::uint32_t>& words) {
 
 /// The bits of a message with its block code; without one if the message is convolved.
 Bits message_bits(const gnss::NavigationData& navigation, gnss::SatelliteId id, const MessagePace& pace,
-                  const MessagePlace& place) {
-  const geodesy::GpsTime start = place.start;
+                  const CurrentMessage& current) {
+  const geodesy::GpsTime start = current.start;
   if (pace.kind == MessageKind::Sbas) {
     const gnss::SbasEphemeris& e = *sent_record(navigation.sbas, id, start);
-    return sbas_message(e, place.number == 0 ? 9 : e.health != 0 ? 0 : 63, start);
+    return sbas_message(e, current.number == 0 ? 9 : e.health != 0 ? 0 : 63, start);
   }
-  const gnss::KeplerEphemeris& e = *sent_record(navigation.kepler, id, place.frame_start);
+  const gnss::KeplerEphemeris& e = *sent_record(navigation.kepler, id, current.frame_start);
   const SystemMessage message = system_message(navigation, id.system, start);
-  if (pace.kind == MessageKind::Fnav) return fnav_page(e, message, place.number + 1, start);
+  if (pace.kind == MessageKind::Fnav) return fnav_page(e, message, current.number + 1, start);
   const auto delay_of = [&](std::string_view signal) { return signal_delay_s(navigation, e, signal); };
   if (id.system != gnss::System::BeiDou) {
     const CnavDelays delays{e.group_delay[0], delay_of("L1CA"), delay_of("L2C"), delay_of("L5"),
@@ -214,18 +214,18 @@ Bits message_bits(const gnss::NavigationData& navigation, gnss::SatelliteId id, 
     if (pace.kind == MessageKind::Cnav2) return cnav2_frame(e, message, delays, start);
     constexpr int kTypes[]{10, 11, 30, 33};
     const auto length_s = static_cast<int>(pace.period / geodesy::GpsTime::kNanosecondsPerSecond);
-    return cnav_message(e, message, delays, kTypes[place.number], start, length_s);
+    return cnav_message(e, message, delays, kTypes[current.number], start, length_s);
   }
   const BcnavDelays delays{delay_of("B1C"), delay_of("B2a"), delay_of("B2b")};
   if (pace.kind == MessageKind::Bcnav1) return bcnav1_frame(e, message, delays, start);
   Bits bits;
   if (pace.kind == MessageKind::Bcnav2) {  // BDS-SIS-ICD-B2a-1.0, 6.2
     constexpr int kTypes[]{10, 11, 30, 34};
-    const Bits content = bcnav2_message(e, message, delays, kTypes[place.number], start);
+    const Bits content = bcnav2_message(e, message, delays, kTypes[current.number], start);
     return bits.put(0xE24DE8, 24).append(ldpc_encoded(LdpcCode::Bcnav2, content));
   }
   // BDS-SIS-ICD-B2b-1.0, 6.2.
-  const Bits content = bcnav3_message(e, message, delays, place.number == 0 ? 10 : 30, start);
+  const Bits content = bcnav3_message(e, message, delays, current.number == 0 ? 10 : 30, start);
   bits.put(0xEB90, 16).count(id.number, 6).put(0, 6);
   return bits.append(ldpc_encoded(LdpcCode::Bcnav3, content));
 }
@@ -300,13 +300,13 @@ std::optional<SymbolFrame> symbol_frame(const gnss::NavigationData& navigation, 
                      sent_record(navigation.glonass, id, time) != nullptr ||
                      sent_record(navigation.sbas, id, time) != nullptr;
   if (!signal.only_recorded.empty() || another_of_geo || !known) return std::nullopt;
-  const MessagePlace place = place_of(pace, time);
-  const geodesy::GpsTime start = place.start;
+  const CurrentMessage current = position_of(pace, time);
+  const geodesy::GpsTime start = current.start;
   // The page of D2 is the first subframe of five.
   const std::int64_t subframe = (time.nanoseconds() - start.nanoseconds()) / pace.duration;
   const auto words_or = [&](const auto& spare) {
     std::vector<std::uint32_t> words;
-    if (subframe == 0) words = message_words(navigation, id, pace, place);
+    if (subframe == 0) words = message_words(navigation, id, pace, current);
     return words.empty() ? spare() : words;
   };
   SymbolFrame frame{start + std::chrono::nanoseconds(subframe * pace.duration), 0, {}};
@@ -322,28 +322,28 @@ std::optional<SymbolFrame> symbol_frame(const gnss::NavigationData& navigation, 
     case MessageKind::D2:
       frame.symbols = beidou_symbols(words_or([&] {
         const bool d1 = pace.kind == MessageKind::D1;
-        return spare_beidou_subframe((d1 ? place.number : static_cast<int>(subframe)) + 1, start);
+        return spare_beidou_subframe((d1 ? current.number : static_cast<int>(subframe)) + 1, start);
       }));
       break;
     case MessageKind::Glonass:
       frame.symbols = glonass_symbols(
-          words_or([&] { return glonass_string({}, place.number + 1, place.frame_start).words32(); }));
+          words_or([&] { return glonass_string({}, current.number + 1, current.frame_start).words32(); }));
       break;
     case MessageKind::Cnav:
     case MessageKind::Sbas: {
-      const MessagePlace before = place_of(pace, start - std::chrono::nanoseconds(pace.period));
+      const CurrentMessage before = position_of(pace, start - std::chrono::nanoseconds(pace.period));
       frame.symbols = convolved_after(message_bits(navigation, id, pace, before),
-                                      message_bits(navigation, id, pace, place));
+                                      message_bits(navigation, id, pace, current));
       break;
     }
     case MessageKind::Fnav:
-      put_galileo_page("101101110000", message_bits(navigation, id, pace, place), frame.symbols);
+      put_galileo_page("101101110000", message_bits(navigation, id, pace, current), frame.symbols);
       break;
     case MessageKind::Cnav2:
     case MessageKind::Bcnav1:
     case MessageKind::Bcnav2:
     case MessageKind::Bcnav3:
-      frame.symbols = symbols_of(message_bits(navigation, id, pace, place));
+      frame.symbols = symbols_of(message_bits(navigation, id, pace, current));
       break;
   }
   frame.symbol_s = static_cast<double>(pace.duration) / (1e9 * static_cast<double>(frame.symbols.size()));

@@ -118,9 +118,9 @@ std::optional<LineOfSight> line_of_sight(const Sky& sky, gnss::SatelliteId id, g
   return line_of_sight(sky, id, reception, Observer(receiver_ecef));
 }
 
-FrozenSky::FrozenSky(const geodesy::Geodetic& place, const std::vector<double>& azimuth_rad,
+FrozenSky::FrozenSky(const geodesy::Geodetic& position, const std::vector<double>& azimuth_rad,
                      const std::vector<double>& elevation_rad) {
-  geodesy::check_geodetic(place, "position of the frozen sky");
+  geodesy::check_geodetic(position, "position of the frozen sky");
   if (azimuth_rad.size() != elevation_rad.size()) {
     throw InputError(
         fmt::format("frozen sky: {} azimuths but {} elevations", azimuth_rad.size(), elevation_rad.size()),
@@ -130,8 +130,8 @@ FrozenSky::FrozenSky(const geodesy::Geodetic& place, const std::vector<double>& 
     throw InputError(fmt::format("frozen sky: {} satellites", azimuth_rad.size()),
                      fmt::format("give 1 to {}", kMaxSatellites));
   }
-  const Eigen::Vector3d origin = geodesy::ecef_from_geodetic(place);
-  const Eigen::Matrix3d ecef_from_enu = geodesy::enu_from_ecef_rotation(place).transpose();
+  const Eigen::Vector3d origin = geodesy::ecef_from_geodetic(position);
+  const Eigen::Matrix3d ecef_from_enu = geodesy::enu_from_ecef_rotation(position).transpose();
   for (std::size_t i = 0; i < azimuth_rad.size(); ++i) {
     check(i, azimuth_rad[i], elevation_rad[i]);
     const Eigen::Vector3d enu = geodesy::enu_from_azimuth_elevation(azimuth_rad[i], elevation_rad[i]);

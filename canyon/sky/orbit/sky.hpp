@@ -92,8 +92,8 @@ struct Observer {
 /// -kEarthRotationRate * flight_time about z.
 [[nodiscard]] Eigen::Vector3d rotate_earth(const Eigen::Vector3d& position, double flight_time_s);
 
-/// The paper's virtual satellites: fixed azimuths and elevations, seen from `place`, that do not move
-/// relative to the ground. They are 20,200 km (GPS altitude) away along each direction; at `place`
+/// The paper's virtual satellites: fixed azimuths and elevations, seen from `position`, that do not move
+/// relative to the ground. They are 20,200 km (GPS altitude) away along each direction; at `position`
 /// line_of_sight() restores azimuth and elevation within 1e-9 rad, elsewhere in a city (kilometres) within
 /// 1e-4 rad.
 class FrozenSky final : public Sky {
@@ -101,7 +101,7 @@ class FrozenSky final : public Sky {
   /// @param azimuth_rad from north, clockwise, any finite value; @param elevation_rad [0, pi/2], both of one
   /// length, 1 to 63. Satellites become G01, G02, ... in order.
   /// Throws InputError for differing lengths or values out of range (degrees given as radians are detected).
-  FrozenSky(const geodesy::Geodetic& place, const std::vector<double>& azimuth_rad,
+  FrozenSky(const geodesy::Geodetic& position, const std::vector<double>& azimuth_rad,
             const std::vector<double>& elevation_rad);
 
   [[nodiscard]] std::vector<gnss::SatelliteId> satellites() const override;

@@ -167,23 +167,23 @@ TEST(LineOfSight, VelocityIsTheDerivativeOfThePosition) {
   EXPECT_GE(seen, 6);
 }
 
-const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(55.82, 37.61, 150);
+const geodesy::Geodetic kObserver = geodesy::Geodetic::from_degrees(55.82, 37.61, 150);
 const std::vector<double> kAzimuth{0.1, 2.7, -1.2, 6.9, 4.0};
 const std::vector<double> kElevation{0, 0.35, 1.1, 1.5, 0.7};
 
 std::string message(const std::vector<double>& azimuth, const std::vector<double>& elevation) {
-  return test::refusal([&] { const FrozenSky sky(kPlace, azimuth, elevation); });
+  return test::refusal([&] { const FrozenSky sky(kObserver, azimuth, elevation); });
 }
 
 TEST(FrozenSky, GivesBackTheAnglesAtAnyTime) {
-  const FrozenSky sky(kPlace, kAzimuth, kElevation);
+  const FrozenSky sky(kObserver, kAzimuth, kElevation);
   const std::vector<gnss::SatelliteId> ids = sky.satellites();
   ASSERT_EQ(ids.size(), 5U);
   for (const double hours : {0.0, 1.7, 2000.0}) {
     for (std::size_t i = 0; i < ids.size(); ++i) {
       EXPECT_EQ(ids[i], (gnss::SatelliteId{gnss::System::GPS, static_cast<std::uint8_t>(i + 1)}));
       const auto los = line_of_sight(sky, ids[i], GpsTime::from_week(2051, hours * 3600 + 0.123456789),
-                                     geodesy::ecef_from_geodetic(kPlace));
+                                     geodesy::ecef_from_geodetic(kObserver));
       ASSERT_TRUE(los);
       EXPECT_NEAR(los->elevation_rad, kElevation[i], 1e-9);
       EXPECT_NEAR(std::remainder(los->azimuth_rad - kAzimuth[i], 2 * geodesy::kPi), 0, 1e-9);
@@ -196,8 +196,8 @@ TEST(FrozenSky, GivesBackTheAnglesAtAnyTime) {
 }
 
 TEST(FrozenSky, HardlyTurnsAcrossACity) {
-  const FrozenSky sky(kPlace, kAzimuth, kElevation);
-  const geodesy::LocalFrame frame(kPlace);
+  const FrozenSky sky(kObserver, kAzimuth, kElevation);
+  const geodesy::LocalFrame frame(kObserver);
   const Eigen::Vector3d receiver = frame.ecef_from_local({1000, -500, 80});
   for (std::size_t i = 0; i < kAzimuth.size(); ++i) {
     const auto los = line_of_sight(sky, sky.satellites()[i], GpsTime::from_week(2051, 0), receiver);
@@ -210,7 +210,7 @@ TEST(FrozenSky, HardlyTurnsAcrossACity) {
 }
 
 TEST(FrozenSky, KnowsOnlyItsSatellites) {
-  const FrozenSky sky(kPlace, {1}, {1});
+  const FrozenSky sky(kObserver, {1}, {1});
   EXPECT_FALSE(sky.state({gnss::System::GPS, 2}, GpsTime()));
   EXPECT_FALSE(sky.state({gnss::System::GPS, 0}, GpsTime()));
   EXPECT_FALSE(sky.state({gnss::System::Galileo, 1}, GpsTime()));

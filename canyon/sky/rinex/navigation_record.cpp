@@ -122,10 +122,10 @@ GpsTime parse_epoch(std::string_view line, RecordLayout layout) {
 
 std::optional<double> RecordFields::at(std::size_t i) const {
   // The epoch replaces the first line's first value.
-  const std::size_t line = (i + 1) / 4, place = (i + 1) % 4;
+  const std::size_t line = (i + 1) / 4, index = (i + 1) % 4;
   if (line >= lines_.size()) return std::nullopt;
   const std::size_t indent = layout_ == RecordLayout::kVersion2 ? 3 : 4;
-  const std::string_view field = column(lines_[line], indent + place * kFieldWidth, kFieldWidth);
+  const std::string_view field = column(lines_[line], indent + index * kFieldWidth, kFieldWidth);
   if (trim(field).empty()) return std::nullopt;
   const auto value = parse_fortran(field);
   if (!value)

@@ -174,14 +174,14 @@ struct RinexObservationReader::Impl {
     const char letter = version2() ? ' ' : gnss::letter(system);
     const auto found = records.header().types.find(letter);
     if (found == records.header().types.end()) return result;
-    const auto place = [&types = found->second](const std::string& type) {
+    const auto location = [&types = found->second](const std::string& type) {
       const auto at = std::find(types.begin(), types.end(), type);
       return at == types.end() ? -1 : static_cast<int>(at - types.begin());
     };
     const Version2Types* old = nullptr;  // the first with an existing pseudorange
     if (version2()) {
       each_version2(system, [&](const Version2Types& types) {
-        if (old == nullptr && types.code == code && place(std::string(types.range)) >= 0) old = &types;
+        if (old == nullptr && types.code == code && location(std::string(types.range)) >= 0) old = &types;
       });
       if (old == nullptr) return result;
     }
@@ -189,7 +189,7 @@ struct RinexObservationReader::Impl {
       std::string type = kObservationKinds[kind] + code;
       if (old != nullptr)
         type = kind == 0 ? std::string(old->range) : std::string{kObservationKinds[kind], old->band};
-      result.at[kind] = place(type);
+      result.at[kind] = location(type);
       if (result.at[kind] >= 0) result.factor[kind] = records.factor(letter, type);
     }
     return result;
@@ -284,7 +284,7 @@ struct RinexObservationReader::Impl {
     constexpr int kMoves = 2, kNewSite = 3;
     const int begin = lines.line();
     const std::string marker = records.header().marker;
-    bool placed = event.flag != kNewSite;
+    bool is_located = event.flag != kNewSite;
     if (event.flag <= kNewSite) records.set_moving(event.flag == kMoves);
     for (std::size_t i = 0; i < event.count; ++i) {
       const auto line = lines.next_line();
@@ -295,12 +295,12 @@ struct RinexObservationReader::Impl {
         lines.unread_line();
         break;
       }
-      placed = placed || trim(column(*line, 60, 20)) == "APPROX POSITION XYZ";
+      is_located = is_located || trim(column(*line, 60, 20)) == "APPROX POSITION XYZ";
       const HeaderRecords::Result result = records.apply(*line);
       if (result.outcome == HeaderRecords::Outcome::End) continue;
       note(result);
     }
-    if (!placed && records.header().marker != marker) {
+    if (!is_located && records.header().marker != marker) {
       records.forget_position();
       report.notes.guess(begin, "event of a new site without its position",
                          "the antenna has no position from there on");

@@ -614,7 +614,7 @@ TEST(RinexObservation, HeaderRecordsHoldFromWhereTheyStand) {
     return read(test::observations3() + epoch3(34, 1) + kG05 + epoch3(35, count, flag) + records +
                 epoch3(36, 1) + kG05);
   };
-  const auto place = [](const RinexObservations& file, std::size_t epoch) {
+  const auto index = [](const RinexObservations& file, std::size_t epoch) {
     return file.epochs.at(epoch).header->antenna_ecef().value();
   };
   for (const auto& file :
@@ -626,14 +626,14 @@ TEST(RinexObservation, HeaderRecordsHoldFromWhereTheyStand) {
              epoch3(36, 1) + kG05)}) {
     ASSERT_THAT(file.epochs, SizeIs(2));
     EXPECT_EQ(file.epochs[0].header->approximate_position_ecef, first);
-    EXPECT_NEAR((place(file, 1) - place(file, 0)).norm(), 1000, 1e-3);
+    EXPECT_NEAR((index(file, 1) - index(file, 0)).norm(), 1000, 1e-3);
     EXPECT_THAT(
         file.report.lines(),
         ElementsAre(HasSubstr("header records within the file move the antenna; they apply from there on")));
   }
   const auto up = events(raised, 4, 1);
-  EXPECT_NEAR((place(up, 1) - place(up, 0)).norm(), 2, 1e-6);
-  EXPECT_NEAR((place(up, 1) - place(up, 0)).dot(first.normalized()), 2, 1e-4);
+  EXPECT_NEAR((index(up, 1) - index(up, 0)).norm(), 2, 1e-6);
+  EXPECT_NEAR((index(up, 1) - index(up, 0)).dot(first.normalized()), 2, 1e-4);
   EXPECT_EQ(up.epochs[0].header->antenna_delta_hen, Eigen::Vector3d(1.5, 0.25, -0.125));
 
   const auto renamed = events(header_line("ROOF 2", "MARKER NAME"), 3, 1);
@@ -643,20 +643,20 @@ TEST(RinexObservation, HeaderRecordsHoldFromWhereTheyStand) {
   EXPECT_THAT(renamed.report.lines(),
               ElementsAre(HasSubstr(":23: event of a new site without its position")));
   const auto again = events(header_line("ROOF", "MARKER NAME"), 3, 1);
-  EXPECT_EQ(place(again, 1), place(again, 0));
+  EXPECT_EQ(index(again, 1), index(again, 0));
   EXPECT_THAT(again.report.lines(), IsEmpty());
   // A moving antenna has no position until it is stationary again.
   const auto driven = read(test::observations3() + epoch3(34, 1) + kG05 + epoch3(35, 0, 2) + epoch3(36, 1) +
                            kG05 + epoch3(37, 1, 3) + moved + epoch3(38, 1) + kG05);
   EXPECT_FALSE(driven.epochs.at(1).header->antenna_ecef());
-  EXPECT_NEAR((place(driven, 2) - place(driven, 0)).norm(), 1000, 1e-3);
+  EXPECT_NEAR((index(driven, 2) - index(driven, 0)).norm(), 1000, 1e-3);
   EXPECT_EQ(up.epochs[0].header->types, up.epochs[1].header->types);
 }
 
 TEST(RinexObservation, APlaceOnNoEarthIsNone) {
   std::string text = test::observations3();
-  const std::string place = " -2419215.8865  5385498.5603  2405403.6314";
-  text.replace(text.find(place), place.size(), "       22.3000      114.1700        5.0000");
+  const std::string location = " -2419215.8865  5385498.5603  2405403.6314";
+  text.replace(text.find(location), location.size(), "       22.3000      114.1700        5.0000");
   const auto file = read(text + epoch3(34, 1) + kG05);
   EXPECT_FALSE(file.header.approximate_position_ecef);
   EXPECT_THAT(file.report.lines(),

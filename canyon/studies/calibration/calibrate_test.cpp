@@ -203,7 +203,7 @@ TEST(Calibrate, HeldOutPartIsHeldOut) {
   EXPECT_EQ(rest.residuals.epochs.front().first, 0U);
   EXPECT_EQ(rest.residuals.observations.front().epoch, 0U);
   EXPECT_EQ(rest.residuals.observations.back().epoch, 19U);
-  EXPECT_EQ(rest.places.front().enu_m, spoiled.places[half].enu_m);
+  EXPECT_EQ(rest.antennas.front().enu_m, spoiled.antennas[half].enu_m);
 }
 
 TEST(Calibrate, ReceiverWithoutStrengthIsRefused) {

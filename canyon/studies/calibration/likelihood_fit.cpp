@@ -243,8 +243,8 @@ class Grid {
 
  private:
   [[nodiscard]] double log_likelihood_at(const Point& point) const {
-    std::array<std::pair<std::size_t, double>, kAxes> places;
-    for (std::size_t a = 0; a < kAxes; ++a) places.at(a) = place(axes_.at(a).nodes, point.at(a));
+    std::array<std::pair<std::size_t, double>, kAxes> indices;
+    for (std::size_t a = 0; a < kAxes; ++a) indices.at(a) = interval_of(axes_.at(a).nodes, point.at(a));
     double sum = 0;
     for (const Observations& drive : drives_) {
       Classes model;
@@ -252,7 +252,7 @@ class Grid {
         double weight = 1;
         std::size_t node = 0;
         for (std::size_t a = 0; a < kAxes; ++a) {
-          const auto [below, share] = places.at(a);
+          const auto [below, share] = indices.at(a);
           const bool upper = (corner >> a & 1) != 0;
           weight *= upper ? share : 1 - share;
           node = node * axes_.at(a).nodes.size() + below + (upper && share > 0 ? 1 : 0);
@@ -266,7 +266,7 @@ class Grid {
     return sum;
   }
   /// The node at or below a value, and the fraction of the distance to the next one.
-  static std::pair<std::size_t, double> place(const std::vector<double>& nodes, double value) {
+  static std::pair<std::size_t, double> interval_of(const std::vector<double>& nodes, double value) {
     const auto above = std::upper_bound(nodes.begin(), nodes.end(), value);
     if (above == nodes.end()) return {nodes.size() - 1, 0};
     const auto below = static_cast<std::size_t>(above - nodes.begin()) - 1;

@@ -413,7 +413,7 @@ validation::Recording part_of(const validation::Recording& recording, std::size_
     to.assign(from.begin() + static_cast<std::ptrdiff_t>(begin),
               from.begin() + static_cast<std::ptrdiff_t>(begin + n));
   };
-  copy(recording.places, first, count, part.places);
+  copy(recording.antennas, first, count, part.antennas);
   copy(recording.measurements, first, count, part.measurements);
   validation::PseudorangeResiduals& residuals = part.residuals;
   copy(all.epochs, first, count, residuals.epochs);

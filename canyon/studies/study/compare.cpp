@@ -127,8 +127,8 @@ std::string csv_interval(const std::optional<MeanEstimate>& e) {
 }
 
 std::optional<double> Compared::of(const ReceiverRecord& record) const {
-  if (!place) return available_share(record);
-  const double value = record.figures.at(*place);
+  if (!index) return available_share(record);
+  const double value = record.figures.at(*index);
   if (!std::isfinite(value)) return std::nullopt;
   return value;
 }
@@ -138,8 +138,8 @@ const std::vector<Compared>& compared_figures() {
     std::vector<Compared> list{{"available", "%", 100, {}}};
     for (const char* name :
          {"horizontal_error_p50", "horizontal_error_p95", "vertical_error_p95", "satellites_used"}) {
-      const std::size_t place = figure(name);
-      list.push_back({name, output::cf_unit(figures()[place]->unit), 1, place});
+      const std::size_t index = figure(name);
+      list.push_back({name, output::cf_unit(figures()[index]->unit), 1, index});
     }
     return list;
   }();
@@ -162,7 +162,7 @@ GroupComparison compare(const Manifest& manifest, const std::vector<std::optiona
       (axis.groups ? setting : occasion) += record->at[i] + '\n';
       if (axis.groups) labels.push_back(axis.label(record->at[i]));
     }
-    const std::size_t place = occasions.emplace(occasion, occasions.size()).first->second;
+    const std::size_t index = occasions.emplace(occasion, occasions.size()).first->second;
     for (const ReceiverRecord& receiver : record->receivers) {
       const auto name = static_cast<std::size_t>(
           std::find(manifest.receivers.begin(), manifest.receivers.end(), receiver.name) -
@@ -170,8 +170,8 @@ GroupComparison compare(const Manifest& manifest, const std::vector<std::optiona
       const auto [at, is_new] = groups.emplace(std::pair{setting, name}, result.groups.size());
       if (is_new) result.groups.push_back({labels, receiver.name, 0, {}, {}, {}});
       Group& group = result.groups[at->second];
-      if (group.records.size() <= place) group.records.resize(place + 1, nullptr);
-      group.records[place] = &receiver;
+      if (group.records.size() <= index) group.records.resize(index + 1, nullptr);
+      group.records[index] = &receiver;
       ++group.runs;
     }
   }

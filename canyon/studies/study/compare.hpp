@@ -17,7 +17,7 @@ struct MeanEstimate {
 struct Compared {
   std::string name, unit;
   double scale;                      ///< from of() to the unit
-  std::optional<std::size_t> place;  ///< in figures(); empty: the fraction of available epochs
+  std::optional<std::size_t> index;  ///< in figures(); empty: the fraction of available epochs
 
   /// Empty if the record has no value.
   [[nodiscard]] std::optional<double> of(const ReceiverRecord& record) const;

@@ -24,7 +24,7 @@ std::vector<const Row*> kept_of(std::span<const Row> rows) {
   return list;
 }
 template <typename Row>
-std::size_t place_of(std::span<const Row* const> all, std::string_view name) {
+std::size_t position_of(std::span<const Row* const> all, std::string_view name) {
   const auto at = std::find_if(all.begin(), all.end(), [&](const Row* row) { return name == row->kept; });
   assert(at != all.end());
   return static_cast<std::size_t>(at - all.begin());
@@ -56,7 +56,7 @@ std::span<const output::SummaryFigure* const> figures() {
 }
 
 std::size_t figure(std::string_view name) {
-  return place_of(figures(), name);
+  return position_of(figures(), name);
 }
 
 std::span<const output::Column* const> kept_columns() {
@@ -65,7 +65,7 @@ std::span<const output::Column* const> kept_columns() {
 }
 
 std::size_t kept_column(std::string_view name) {
-  return place_of(kept_columns(), name);
+  return position_of(kept_columns(), name);
 }
 
 std::size_t error_bin(double error_m) {

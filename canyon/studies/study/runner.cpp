@@ -47,7 +47,7 @@ class Shared {
       const std::lock_guard<std::mutex> lock(mutex_);
       const auto found = things_.find(key);
       if (found != things_.end()) {
-        recent_.splice(recent_.begin(), recent_, found->second.place);
+        recent_.splice(recent_.begin(), recent_, found->second.entry);
         future = found->second.future;
       } else {
         mine = true;
@@ -73,7 +73,7 @@ class Shared {
  private:
   struct Entry {
     std::shared_future<std::shared_ptr<const Thing>> future;
-    std::list<std::string>::iterator place;
+    std::list<std::string>::iterator entry;
     double bytes = 0;  // 0: being made
   };
   void keep(const std::string& key, double bytes) {
@@ -90,7 +90,7 @@ class Shared {
   }
   void erase(typename std::map<std::string, Entry>::iterator entry) {
     total_ -= entry->second.bytes;
-    recent_.erase(entry->second.place);
+    recent_.erase(entry->second.entry);
     things_.erase(entry);
   }
 
@@ -170,9 +170,9 @@ struct RunMaker::Impl {
       plain.facades.shares.clear();
     }
     const std::string source_key = options::exact_text(plain);
-    const simulation::Georeference& place = scenario.city.georeference;
-    const bool by_seed = scenario.city.facades.drawn() || config.roofs_m > 0 || place.sigma_m > 0 ||
-                         place.heading_sigma_rad > 0;
+    const simulation::Georeference& position = scenario.city.georeference;
+    const bool by_seed = scenario.city.facades.drawn() || config.roofs_m > 0 || position.sigma_m > 0 ||
+                         position.heading_sigma_rad > 0;
     std::string key = "as read " + source_key;
     if (drawn) key = options::exact_text(config) + (by_seed ? std::to_string(scenario.seed) : "");
     const auto triangles = [](const city::City& city) {
@@ -195,9 +195,10 @@ struct RunMaker::Impl {
 
   // Skies of files are valid for all times that they cover; nominal ones are made for the run's time.
   [[nodiscard]] simulation::BuiltSky sky(const simulation::SkyConfig& config, geodesy::GpsTime begin,
-                                         geodesy::GpsTime end, const geodesy::Geodetic& place) const {
+                                         geodesy::GpsTime end, const geodesy::Geodetic& position) const {
     const auto make = [&] {
-      return std::make_shared<const simulation::BuiltSky>(simulation::build_sky(config, begin, end, place));
+      return std::make_shared<const simulation::BuiltSky>(
+          simulation::build_sky(config, begin, end, position));
     };
     const auto one = [](const simulation::BuiltSky&) { return 1.0; };
     if (!config.frozen_azimuth_rad.empty()) return *make();
@@ -242,7 +243,7 @@ std::optional<RunRecord> RunMaker::make(std::size_t number, int threads,
     const simulation::Simulation simulation(
         std::move(scenario), std::move(scene),
         [this](const simulation::SkyConfig& config, geodesy::GpsTime begin, geodesy::GpsTime end,
-               const geodesy::Geodetic& place) { return impl_->sky(config, begin, end, place); });
+               const geodesy::Geodetic& position) { return impl_->sky(config, begin, end, position); });
     record.notes = notes_of(simulation.report());
     RecordSink sink(names, impl_->plan.study().available_m, impl_->plan.study().keep == Keep::Epochs);
     simulation::RunOptions options;
@@ -324,7 +325,7 @@ class Driver {
     const double x = houses_.min.x() + random_.uniform() * size.x();
     const double y = houses_.min.y() + random_.uniform() * size.y();
     const auto start = on_terrain(x, y);
-    if (!start || scene_.scene.placement(*start) != raytrace::Placement::Free ||
+    if (!start || scene_.scene.containment(*start) != raytrace::Containment::Free ||
         !between_houses(*start, heading))
       return {};
     std::vector<Vector3d> corners{*start}, drive;
@@ -387,8 +388,8 @@ class Driver {
     int others = 0;
     for (int i = steps; i > 0; --i) {
       const Vector3d at = from + static_cast<double>(i) / steps * way;
-      const auto place = on_terrain(at.x(), at.y());
-      if (place && between_houses(*place, heading)) continue;
+      const auto position = on_terrain(at.x(), at.y());
+      if (position && between_houses(*position, heading)) continue;
       if (i == steps || ++others > (1 - kShareOfLeg) * steps) return false;
     }
     return true;
@@ -407,7 +408,7 @@ class Driver {
         if (length_m <= best_m) break;
         const auto end = on_terrain(from.x() + length_m * std::cos(to), from.y() + length_m * std::sin(to));
         if (!end || !free(from, *end, kMargin_m) || !clears_corner(corners, *end) || !street(from, *end) ||
-            scene_.scene.placement(*end) != raytrace::Placement::Free)
+            scene_.scene.containment(*end) != raytrace::Containment::Free)
           continue;
         best = end;
         best_m = length_m;

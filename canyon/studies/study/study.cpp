@@ -81,12 +81,12 @@ double estimated_epochs(const simulation::Scenario& scenario, const Axis* drives
     rate_hz = scenario.rate_hz.value_or(1 / trajectory.sample_interval_s());
   } else if (way.waypoints.size() > 1) {
     // Waypoints in the frame of a city that is not yet read have only distances.
-    std::vector<Eigen::Vector3d> places;
-    for (const auto& place : way.waypoints) places.push_back(geodesy::ecef_from_geodetic(place));
-    for (const auto& [index, local] : way.local_waypoints) places.at(index) = local;
-    way_s = way.hold_s * static_cast<double>(places.size());
-    for (std::size_t i = 1; i < places.size(); ++i)
-      way_s += (places[i] - places[i - 1]).norm() / way.speed_mps;
+    std::vector<Eigen::Vector3d> points;
+    for (const auto& position : way.waypoints) points.push_back(geodesy::ecef_from_geodetic(position));
+    for (const auto& [index, local] : way.local_waypoints) points.at(index) = local;
+    way_s = way.hold_s * static_cast<double>(points.size());
+    for (std::size_t i = 1; i < points.size(); ++i)
+      way_s += (points[i] - points[i - 1]).norm() / way.speed_mps;
   }
   if (scenario.duration_s) way_s = std::min(way_s, *scenario.duration_s);
   return std::max(1.0, way_s * rate_hz + 1);
@@ -336,14 +336,15 @@ options::Document StudyPlan::document(const std::vector<AxisValue>& at) const {
     return axis == nullptr ? InputError(base, line, message, cure)
                            : InputError(study, line, fmt::format("{}: {}", *axis, message), cure);
   };
-  document.find_file = [blame, base, study](const std::string& name, const options::Place& place) {
-    const std::string whole = place.section.empty() ? place.key : place.section + "." + place.key;
+  document.find_file = [blame, base, study](const std::string& name,
+                                            const options::SourceLocation& location) {
+    const std::string whole = location.section.empty() ? location.key : location.section + "." + location.key;
     const std::filesystem::path path = (blame(whole) == nullptr ? base : study).parent_path() / name;
     std::error_code ignored;
     const bool folder = std::filesystem::is_directory(path, ignored) && (name.empty() || name.back() != '/');
     if (!std::filesystem::exists(path, ignored) || folder) {
-      throw place.error(fmt::format("there is no file '{}'", path.string()),
-                        "paths are relative to the folder of the file that names them");
+      throw location.error(fmt::format("there is no file '{}'", path.string()),
+                           "paths are relative to the folder of the file that names them");
     }
     return path;
   };

@@ -100,7 +100,7 @@ class Aligner {
       if (epoch.count == 0) continue;
       part_.epochs.push_back(epoch);
       epoch_of_.push_back(e);
-      pivot_ += recording.places[e].enu_m.head<2>();
+      pivot_ += recording.antennas[e].enu_m.head<2>();
     }
     if (part_.epochs.empty()) {
       throw InputError("the city cannot be aligned: no epoch has a satellite above the mask",
@@ -220,7 +220,7 @@ class Aligner {
     std::array<bool, 128> blocked{};
     for (std::size_t e = 0; e < part_.epochs.size(); ++e) {
       const ResidualEpoch& epoch = part_.epochs[e];
-      const Eigen::Vector3d antenna = recording_.place_in_city(scene, moved, epoch_of_[e]);
+      const Eigen::Vector3d antenna = recording_.point_in_map(scene, moved, epoch_of_[e]);
       // An epoch has each satellite once, so normally fewer than `blocked` holds; else it is done in pieces.
       for (std::size_t from = 0; from < epoch.count; from += blocked.size()) {
         const std::size_t n = std::min(blocked.size(), epoch.count - from);

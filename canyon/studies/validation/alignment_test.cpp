@@ -90,7 +90,7 @@ TEST(CityAlignment, FindsTheHeading) {
   EXPECT_GT(a.sigma_heading_rad, 0);
   // The middle of the drive in the true city and in the aligned one.
   const Eigen::Vector3d here(a.registration.pivot.x(), a.registration.pivot.y(), 0);
-  EXPECT_LT((a.registration.place_in_city(here) - moved.place_in_city(here)).norm(), 1);
+  EXPECT_LT((a.registration.point_in_map(here) - moved.point_in_map(here)).norm(), 1);
 }
 
 // A search that ends before the maximum reports it.

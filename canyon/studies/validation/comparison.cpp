@@ -66,7 +66,7 @@ class Comparer {
         ecef_from_map_(environment.city().frame.ecef_from_local_rotation() *
                        Eigen::AngleAxisd(registration.heading_rad, Eigen::Vector3d::UnitZ())),
         clear_(recording.residuals.observations.size(), 0) {
-    assert(recording.places.size() == recording.residuals.epochs.size());
+    assert(recording.antennas.size() == recording.residuals.epochs.size());
     assert(recording.measurements.size() == recording.residuals.epochs.size());
     std::set<const gnss::Signal*> observed;
     for (const PseudorangeResidual& o : recording.residuals.observations) observed.insert(o.signal);
@@ -92,7 +92,7 @@ class Comparer {
     const ResidualEpoch& epoch = recording_.residuals.epochs[e];
     propagation::Arrival arrival =
         simulation::make_arrival(environment_.sky(), satellites_, environment_.scene(),
-                                 {epoch.reception, epoch.antenna_ecef, place(e), ecef_from_map_});
+                                 {epoch.reception, epoch.antenna_ecef, position(e), ecef_from_map_});
     simulation::add_paths(arrival, [this](const auto& antenna, const auto& towards, auto paths) {
       std::vector<Eigen::Vector3d> directions(towards.begin(), towards.end());
       // A product of two rotations preserves the unit length up to rounding.
@@ -107,7 +107,7 @@ class Comparer {
   void observe(std::size_t e, propagation::Arrival& arrival) {
     const ResidualEpoch& epoch = recording_.residuals.epochs[e];
     const Eigen::Vector3d velocity_ecef =
-        environment_.city().frame.ecef_from_local_rotation() * recording_.places[e].velocity_enu_mps;
+        environment_.city().frame.ecef_from_local_rotation() * recording_.antennas[e].velocity_enu_mps;
     const receiver::ReceiverEpoch observed =
         receiver_.observe({{epoch.reception, epoch.antenna_ecef, velocity_ecef},
                            arrival,
@@ -117,7 +117,7 @@ class Comparer {
 
     ComparedEpoch& compared = result_.epochs.emplace_back();
     compared.time = epoch.reception;
-    compared.place_enu_m = place(e);
+    compared.position_enu_m = position(e);
     compared.first = result_.satellites.size();
     const positioning::Fix& single = observed.single_epoch;
     compared.fix.simulated = fix_error(single, epoch);
@@ -151,9 +151,9 @@ class Comparer {
     remove_simulated_clock();
     remove_biases();
 
-    std::vector<Eigen::Vector3d> places;
-    for (const Recording::Place& p : recording_.places) places.push_back(p.enu_m);
-    result_.segments = street_segments(places);
+    std::vector<Eigen::Vector3d> points;
+    for (const Recording::AntennaTrack& p : recording_.antennas) points.push_back(p.enu_m);
+    result_.segments = street_segments(points);
     for (std::size_t s = 0; s < result_.segments.size(); ++s) {
       const StreetSegment& segment = result_.segments[s];
       for (std::size_t e = segment.first; e < segment.first + segment.count; ++e)
@@ -183,12 +183,12 @@ class Comparer {
   [[nodiscard]] std::shared_ptr<const disturbance::Road> road() const {
     auto road = std::make_shared<disturbance::Road>();
     for (std::size_t e = 0; e < recording_.residuals.epochs.size(); ++e)
-      road->add(recording_.residuals.epochs[e].reception, place(e).head<2>());
+      road->add(recording_.residuals.epochs[e].reception, position(e).head<2>());
     return road;
   }
 
-  [[nodiscard]] Eigen::Vector3d place(std::size_t e) const {
-    return recording_.place_in_city(environment_.scene(), registration_, e);
+  [[nodiscard]] Eigen::Vector3d position(std::size_t e) const {
+    return recording_.point_in_map(environment_.scene(), registration_, e);
   }
 
   [[nodiscard]] static ComparedFix fix_error(const positioning::Fix& fix, const ResidualEpoch& epoch) {

@@ -99,9 +99,9 @@ struct ComparedFix {
 struct ComparedEpoch {
   geodesy::GpsTime time;
   /// The antenna's true position in the moved city, in the frame of the unmoved map
-  /// (Registration::place_in_city()): it fits the map as drawn. Convert ENU vectors of fixes by
+  /// (Registration::point_in_map()): it fits the map as drawn. Convert ENU vectors of fixes by
   /// Registration::direction_in_city().
-  Eigen::Vector3d place_enu_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d position_enu_m = Eigen::Vector3d::Zero();
   std::size_t first = 0, count = 0;  ///< of Comparison::satellites
   Sides<ComparedFix> fix;            ///< of single epochs
   Sides<ComparedFix> filter;         ///< of the receiver's position filter, if it has one

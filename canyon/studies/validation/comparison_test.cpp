@@ -45,14 +45,14 @@ TEST(Registration, PlacesByHand) {
   Registration r = moved_by(3, -2);
   r.heading_rad = geodesy::kPi / 2;
   r.pivot = {10, 0};
-  EXPECT_LT((r.place_in_city({13, 0, 5}) - Eigen::Vector3d(12, 0, 5)).norm(), 1e-12);
+  EXPECT_LT((r.point_in_map({13, 0, 5}) - Eigen::Vector3d(12, 0, 5)).norm(), 1e-12);
   // East in the map is north in the world.
   EXPECT_LT((r.direction_in_city({0, 1, 0}) - Eigen::Vector3d(1, 0, 0)).norm(), 1e-15);
   EXPECT_EQ(r.direction_in_city({0, 0, 1}), Eigen::Vector3d(0, 0, 1));
   // A direction is the difference of two points.
   const Eigen::Vector3d a(1, 2, 3), b(-4, 7, 9);
-  EXPECT_LT((r.place_in_city(b) - r.place_in_city(a) - r.direction_in_city(b - a)).norm(), 1e-12);
-  EXPECT_EQ(Registration{}.place_in_city(a), a);
+  EXPECT_LT((r.point_in_map(b) - r.point_in_map(a) - r.direction_in_city(b - a)).norm(), 1e-12);
+  EXPECT_EQ(Registration{}.point_in_map(a), a);
 }
 
 // Moving the map twice: a point is transformed back through both moves, the second one first.
@@ -65,7 +65,7 @@ TEST(Registration, OneMoveAfterAnother) {
   second.pivot = {-7, 20};
   const Registration both = first.then(-1, 5, -0.8, {-7, 20});
   for (const Eigen::Vector3d& p : {Eigen::Vector3d(0, 0, 2), Eigen::Vector3d(35, -12, 7)}) {
-    EXPECT_LT((both.place_in_city(p) - first.place_in_city(second.place_in_city(p))).norm(), 1e-12);
+    EXPECT_LT((both.point_in_map(p) - first.point_in_map(second.point_in_map(p))).norm(), 1e-12);
   }
   EXPECT_LT((both.direction_in_city({1, 2, 3}) - first.direction_in_city(second.direction_in_city({1, 2, 3})))
                 .norm(),
@@ -74,22 +74,22 @@ TEST(Registration, OneMoveAfterAnother) {
 
 TEST(Segments, FollowTheStreets) {
   EXPECT_TRUE(street_segments({}).empty());
-  std::vector<Eigen::Vector3d> places;
-  const auto go = [&places](double east, double north, int steps) {
-    for (int i = 0; i < steps; ++i) places.push_back(places.back() + Eigen::Vector3d(east, north, 0));
+  std::vector<Eigen::Vector3d> points;
+  const auto go = [&points](double east, double north, int steps) {
+    for (int i = 0; i < steps; ++i) points.push_back(points.back() + Eigen::Vector3d(east, north, 0));
   };
-  places.push_back(Eigen::Vector3d::Zero());
+  points.push_back(Eigen::Vector3d::Zero());
   go(5, 0, 20);                                                  // 100 m east
-  for (int i = 0; i < 30; ++i) places.push_back(places.back());  // stationary
+  for (int i = 0; i < 30; ++i) points.push_back(points.back());  // stationary
   go(3.5, 3.5, 4);                                               // a curve of 20 m
   go(0, 5, 20);                                                  // 100 m north
   go(-0.5, 5, 20);                                               // bent by 6 degrees: the same street
   go(-5, 0, 4);  // 20 m west, then the drive ends: not a separate street
-  const std::vector<StreetSegment> segments = street_segments(places);
+  const std::vector<StreetSegment> segments = street_segments(points);
   ASSERT_EQ(segments.size(), 2U);
   EXPECT_EQ(segments[0].first, 0U);
   EXPECT_EQ(segments[1].first, segments[0].count);
-  EXPECT_EQ(segments[0].count + segments[1].count, places.size());
+  EXPECT_EQ(segments[0].count + segments[1].count, points.size());
   // The curve at 45 degrees belongs to either; with it the street still has mostly one direction.
   EXPECT_NEAR(segments[0].heading_deg, 90, 10);
   EXPECT_NEAR(segments[1].heading_deg, 355, 10);

@@ -105,7 +105,7 @@ class ComparisonView {
     const std::size_t before = i > 0 ? i - 1 : i, after = std::min(i + 1, input_.count - 1);
     const double step_s = time_s(after) - time_s(before);
     if (!(step_s > 0)) return Vector3d::Zero();
-    return (epoch(after).place_enu_m - epoch(before).place_enu_m) / step_s;
+    return (epoch(after).position_enu_m - epoch(before).position_enu_m) / step_s;
   }
 
   void add_receiver(Side side, const std::shared_ptr<output::ViewWords>& words) {
@@ -146,13 +146,13 @@ class ComparisonView {
     seen.visible = static_cast<int>(
         std::count_if(list.begin(), list.end(), [&](const auto& s) { return s.of(side).tracked; }));
     seen.blocked = static_cast<int>(list.size()) - seen.visible;
-    output::EpochRows::Shown shown{time_s(i), recorder.skyline(e.place_enu_m), e.place_enu_m};
+    output::EpochRows::Shown shown{time_s(i), recorder.skyline(e.position_enu_m), e.position_enu_m};
     add_satellites(side, i, recorder.rows(), seen);
     if (fix.solved) {
       seen.fix.status = positioning::FixStatus::Fix;
       seen.fix.used.resize(static_cast<std::size_t>(fix.used));  // only their number is known
       row.error_enu_m = fix.error_enu_m;
-      shown.fix_m = e.place_enu_m + comparison_.registration.direction_in_city(fix.error_enu_m);
+      shown.fix_m = e.position_enu_m + comparison_.registration.direction_in_city(fix.error_enu_m);
     }
     recorder.rows().add_epoch(row, shown);
     return row;
@@ -178,7 +178,7 @@ class ComparisonView {
   [[nodiscard]] double length_m(std::size_t first, std::size_t end) const {
     double length = 0;
     for (std::size_t i = first + 1; i < end; ++i)
-      length += (epoch(i).place_enu_m - epoch(i - 1).place_enu_m).head<2>().norm();
+      length += (epoch(i).position_enu_m - epoch(i - 1).position_enu_m).head<2>().norm();
     return length;
   }
 

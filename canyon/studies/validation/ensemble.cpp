@@ -17,7 +17,7 @@ namespace {
 
 /// 5, 25, 50, 75, 95 % of the next sample.
 using Five = std::array<double, 5>;
-enum Place : std::size_t { kLow90, kLow50, kMiddle, kHigh50, kHigh90 };
+enum Quantile : std::size_t { kLow90, kLow50, kMiddle, kHigh50, kHigh90 };
 
 Five five_of(const std::vector<double>& values) {
   constexpr Five kShares{0.05, 0.25, 0.5, 0.75, 0.95};

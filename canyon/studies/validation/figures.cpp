@@ -430,8 +430,9 @@ class Collector {
       segment.count = end - segment.first;
       segment.length_m = 0;
       for (std::size_t e = segment.first + 1; e < end; ++e) {
-        segment.length_m +=
-            (comparison_.epochs[e].place_enu_m - comparison_.epochs[e - 1].place_enu_m).head<2>().norm();
+        segment.length_m += (comparison_.epochs[e].position_enu_m - comparison_.epochs[e - 1].position_enu_m)
+                                .head<2>()
+                                .norm();
       }
       f.segments.push_back({street, segment, positions(&ComparedEpoch::fix, segment.first, segment.count)});
     }

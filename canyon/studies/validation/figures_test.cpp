@@ -36,7 +36,7 @@ class Hand {
   ComparedEpoch& epoch() {
     ComparedEpoch e;
     e.time = geodesy::parse_time("2019-04-28T12:52:00 GPST") + static_cast<double>(comparison.epochs.size());
-    e.place_enu_m = {static_cast<double>(comparison.epochs.size()), 0, 0};
+    e.position_enu_m = {static_cast<double>(comparison.epochs.size()), 0, 0};
     e.first = comparison.satellites.size();
     e.clock = ClockSource::Clear;
     return comparison.epochs.emplace_back(e);

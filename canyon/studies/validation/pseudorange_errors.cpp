@@ -31,12 +31,12 @@ struct Sent {
 };
 
 Eigen::Vector3d antenna_ecef(const simulation::Pose& pose, const Eigen::Vector3d& lever_arm) {
-  const Eigen::Vector3d place = geodesy::ecef_from_geodetic(pose.position);
-  if (lever_arm.isZero(0)) return place;
+  const Eigen::Vector3d point = geodesy::ecef_from_geodetic(pose.position);
+  if (lever_arm.isZero(0)) return point;
   const double c = std::cos(pose.yaw_rad), s = std::sin(pose.yaw_rad);
   const Eigen::Vector3d enu(c * lever_arm.x() - s * lever_arm.y(), s * lever_arm.x() + c * lever_arm.y(),
                             lever_arm.z());
-  return place + geodesy::enu_from_ecef_rotation(pose.position).transpose() * enu;
+  return point + geodesy::enu_from_ecef_rotation(pose.position).transpose() * enu;
 }
 
 }  // namespace

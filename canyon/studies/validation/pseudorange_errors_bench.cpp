@@ -11,18 +11,18 @@ namespace canyon::validation {
 namespace {
 
 const geodesy::GpsTime kStart = geodesy::GpsTime::from_week(2051, 46701);
-const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(22.3, 114.17, 5);
+const geodesy::Geodetic kPosition = geodesy::Geodetic::from_degrees(22.3, 114.17, 5);
 
 /// Eight minutes at 1 Hz of some 20 satellites of two systems with noise of 3 m.
 struct Recording {
   test::CircularSky sky{{gnss::System::GPS, gnss::System::BeiDou}};
-  simulation::Trajectory truth = simulation::Trajectory::fixed(kStart, kPlace, 600);
+  simulation::Trajectory truth = simulation::Trajectory::fixed(kStart, kPosition, 600);
   std::vector<rinex::ObservationEpoch> epochs;
   std::size_t observations = 0;
 
   Recording() {
     RandomStream random(1, "noise");
-    const Eigen::Vector3d antenna = geodesy::ecef_from_geodetic(kPlace);
+    const Eigen::Vector3d antenna = geodesy::ecef_from_geodetic(kPosition);
     for (int s = 0; s < 480; ++s) {
       rinex::ObservationEpoch epoch;
       epoch.receiver_time = kStart + 10.0 + static_cast<double>(s);

@@ -79,8 +79,8 @@ TEST(PseudorangeErrorsBesideRtklib, ResidualsOfTheRecordedDrive) {
   std::size_t compared = 0;
   for (const ResidualEpoch& epoch : ours.epochs) {
     const double antenna[3] = {epoch.antenna_ecef.x(), epoch.antenna_ecef.y(), epoch.antenna_ecef.z()};
-    double place[3];
-    ecef2pos(antenna, place);
+    double position[3];
+    ecef2pos(antenna, position);
     for (const PseudorangeResidual& o : ours.of(epoch)) {
       const int satellite = test::rtklib_satellite(o.id);
       const auto at = index.find({epoch.receiver_time.nanoseconds(), satellite});
@@ -92,12 +92,12 @@ TEST(PseudorangeErrorsBesideRtklib, ResidualsOfTheRecordedDrive) {
       satposs(raw.time, &raw, 1, navigation.get(), 0, state, clock, &variance, &health);
       const double range = geodist(state, antenna, direction);
       ASSERT_GT(range, 0);
-      satazel(place, direction, azel);
+      satazel(position, direction, azel);
       const double ratio = gnss::l1_frequency_hz(System::GPS) / gnss::l1_frequency_hz(o.id.system);
       const double residual = raw.range[0] - range +
                               kSpeedOfLight * (clock[0] - group_delay(*navigation, satellite, raw.time)) -
-                              ratio * ratio * ionmodel(raw.time, alpha_beta, place, azel) -
-                              errors::slant_delay_m(tropmodel(raw.time, place, zenith, 0.7), azel[1]);
+                              ratio * ratio * ionmodel(raw.time, alpha_beta, position, azel) -
+                              errors::slant_delay_m(tropmodel(raw.time, position, zenith, 0.7), azel[1]);
       double& worst = largest[o.id.system];
       worst = std::max(worst, std::abs(o.residual_m - residual));
       largest_angle = std::max({largest_angle, std::abs(o.elevation_rad - azel[1]),

@@ -57,7 +57,7 @@ struct Recorder {
         lever_arm.x() * forward + lever_arm.y() * left + lever_arm.z() * Eigen::Vector3d::UnitZ();
     const Eigen::Vector3d antenna = geodesy::ecef_from_geodetic(pose.position) +
                                     geodesy::enu_from_ecef_rotation(pose.position).transpose() * enu;
-    const auto place = geodesy::geodetic_from_ecef(antenna);
+    const auto point = geodesy::geodetic_from_ecef(antenna);
     rinex::ObservationEpoch result;
     result.receiver_time = reception + clock_s;
     for (const SatelliteId id : sky.satellites()) {
@@ -65,9 +65,9 @@ struct Recorder {
       if (!line || line->elevation_rad < radians(5)) continue;
       double range = line->range_m;
       range += kSpeedOfLight * (clock_s - (line->state.clock_bias_s - line->state.group_delay_s));
-      range += errors::klobuchar_delay_m(kModel, reception, place, line->azimuth_rad, line->elevation_rad,
+      range += errors::klobuchar_delay_m(kModel, reception, point, line->azimuth_rad, line->elevation_rad,
                                          line->state.carrier_frequency_hz);
-      range += errors::saastamoinen_delay_m(place, line->elevation_rad);
+      range += errors::saastamoinen_delay_m(point, line->elevation_rad);
       const auto bias = bias_m.find(id.system);
       if (bias != bias_m.end()) range += bias->second;
       rinex::ObservedSignal signal;

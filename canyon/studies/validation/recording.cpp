@@ -160,7 +160,7 @@ std::optional<std::string> truth_warning(const Recording& recording, const orbit
     const Eigen::Vector3d d =
         geodesy::enu_from_ecef_rotation(epochs[e].antenna) * (fix.position_ecef - epochs[e].antenna_ecef);
     for (std::size_t axis = 0; axis < 3; ++axis) off.at(axis).push_back(d[static_cast<Eigen::Index>(axis)]);
-    const Eigen::Vector3d& v = recording.places[e].velocity_enu_mps;
+    const Eigen::Vector3d& v = recording.antennas[e].velocity_enu_mps;
     if (!(v.norm() > kMoves_mps)) continue;
     late_s.push_back(v.dot(d) / v.squaredNorm());
     moving.emplace_back(d, v);
@@ -194,12 +194,12 @@ void add_own_fixes(const std::filesystem::path& nmea, const simulation::Trajecto
   simulation::RecordedPath own =
       simulation::read_recorded_path(nmea, "nmea", recording.residuals.epochs.front().reception, heights);
   simulation::keep_rising(own);
-  for (const auto& [time, place, line] : own.points) {
+  for (const auto& [time, position, line] : own.points) {
     if (!truth.covers(time)) continue;
     const geodesy::Geodetic antenna = simulation::mounted_antenna(truth.at(time), lever_arm_m).position;
     recording.own_fixes.push_back(
         {time, geodesy::enu_from_ecef_rotation(antenna) *
-                   (geodesy::ecef_from_geodetic(place) - geodesy::ecef_from_geodetic(antenna))});
+                   (geodesy::ecef_from_geodetic(position) - geodesy::ecef_from_geodetic(antenna))});
   }
   if (recording.own_fixes.empty()) {
     throw InputError(
@@ -286,12 +286,12 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
           "use a city with terrain there, or leave the key out");
     }
     pose = simulation::mounted_antenna(pose, lever_arm_m);
-    Recording::Place place;
-    place.enu_m = frame.local_from_geodetic(pose.position);
-    place.velocity_enu_mps =
+    Recording::AntennaTrack location;
+    location.enu_m = frame.local_from_geodetic(pose.position);
+    location.velocity_enu_mps =
         frame.ecef_from_local_rotation().transpose() *
         (geodesy::enu_from_ecef_rotation(pose.position).transpose() * pose.velocity_enu_mps);
-    recording.places.push_back(place);
+    recording.antennas.push_back(location);
     recording.measurements.push_back(
         measurements_of(residuals, epoch, recorded.epochs[epoch.recorded], environment.sky()));
   }
@@ -301,7 +301,7 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
   return recording;
 }
 
-Eigen::Vector3d Registration::place_in_city(const Eigen::Vector3d& enu) const {
+Eigen::Vector3d Registration::point_in_map(const Eigen::Vector3d& enu) const {
   const Eigen::Vector2d moved =
       Eigen::Rotation2Dd(-heading_rad) * (enu.head<2>() - pivot - Eigen::Vector2d(east_m, north_m)) + pivot;
   return {moved.x(), moved.y(), enu.z()};
@@ -320,15 +320,15 @@ Registration Registration::then(double more_east_m, double more_north_m, double 
   return {offset.x(), offset.y(), heading_rad + more_heading_rad, pivot};
 }
 
-Eigen::Vector3d Recording::place_in_city(const raytrace::RayScene& scene, const Registration& moved,
-                                         std::size_t epoch) const {
-  Eigen::Vector3d place = moved.place_in_city(places[epoch].enu_m);
+Eigen::Vector3d Recording::point_in_map(const raytrace::RayScene& scene, const Registration& moved,
+                                        std::size_t epoch) const {
+  Eigen::Vector3d point = moved.point_in_map(antennas[epoch].enu_m);
   if (antenna_above_terrain_m) {
     // Beyond the map's edge, the height of the unmoved city is used.
-    if (const auto terrain = scene.terrain_height(place.x(), place.y()))
-      place.z() = *terrain + *antenna_above_terrain_m;
+    if (const auto terrain = scene.terrain_height(point.x(), point.y()))
+      point.z() = *terrain + *antenna_above_terrain_m;
   }
-  return place;
+  return point;
 }
 
 }  // namespace canyon::validation

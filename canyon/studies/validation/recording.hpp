@@ -24,7 +24,7 @@ struct Registration {
   /// The point or direction in the unmoved map, in which rays are cast, of an antenna or direction of the
   /// true world (the city's frame, with the city moved): R^-1(p - pivot - offset) + pivot, R^-1(d). Heights
   /// do not change.
-  [[nodiscard]] Eigen::Vector3d place_in_city(const Eigen::Vector3d& enu) const;
+  [[nodiscard]] Eigen::Vector3d point_in_map(const Eigen::Vector3d& enu) const;
   [[nodiscard]] Eigen::Vector3d direction_in_city(const Eigen::Vector3d& enu) const;
   /// The map moved once more: rotated by `heading_rad` about `pivot` and shifted by (east, north).
   [[nodiscard]] Registration then(double east_m, double north_m, double heading_rad,
@@ -37,11 +37,11 @@ struct Recording {
   /// Antenna of residuals.epochs in the city's ENU frame and its velocity, with the scenario's height: above
   /// the terrain of the unmoved city, or as recorded. Rays start from there; ranges to satellites always
   /// refer to the true position, residuals.epochs[].antenna_ecef.
-  struct Place {
+  struct AntennaTrack {
     Eigen::Vector3d enu_m = Eigen::Vector3d::Zero();
     Eigen::Vector3d velocity_enu_mps = Eigen::Vector3d::Zero();
   };
-  std::vector<Place> places;
+  std::vector<AntennaTrack> antennas;
   /// The scenario's height above terrain plus the lever arm's [m], also in a moved city. Empty: as recorded.
   std::optional<double> antenna_above_terrain_m;
   bool ionosphere = true, troposphere = true;  ///< in the recorded pseudoranges: corrected in measured fixes
@@ -57,8 +57,8 @@ struct Recording {
   std::vector<std::string> warnings;
 
   /// The antenna of an epoch in the unmoved map if the city is moved: the start of its rays [m].
-  [[nodiscard]] Eigen::Vector3d place_in_city(const raytrace::RayScene& scene, const Registration& moved,
-                                              std::size_t epoch) const;
+  [[nodiscard]] Eigen::Vector3d point_in_map(const raytrace::RayScene& scene, const Registration& moved,
+                                             std::size_t epoch) const;
 };
 
 struct RecordingOptions {

@@ -42,16 +42,16 @@ double misfit(const Piece& a, const Piece& b) {
 
 }  // namespace
 
-std::vector<StreetSegment> street_segments(std::span<const Eigen::Vector3d> places) {
-  if (places.empty()) return {};
+std::vector<StreetSegment> street_segments(std::span<const Eigen::Vector3d> points) {
+  if (points.empty()) return {};
   const double turn = geodesy::radians(30);
   std::vector<Piece> pieces(1);
   pieces.back().count = 1;
-  Vector2d since = places[0].head<2>();  // end of the last step with a direction
-  for (std::size_t i = 1; i < places.size(); ++i) {
-    const Vector2d step = places[i].head<2>() - since;
+  Vector2d since = points[0].head<2>();  // end of the last step with a direction
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const Vector2d step = points[i].head<2>() - since;
     if (step.norm() >= kStep_m) {
-      since = places[i].head<2>();
+      since = points[i].head<2>();
       Piece& current = pieces.back();
       if (current.way.norm() >= kStep_m && angle_between(current.way, step) > turn)
         pieces.push_back({i, 0, 0, Vector2d::Zero()});

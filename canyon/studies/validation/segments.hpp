@@ -17,6 +17,6 @@ struct StreetSegment {
 
 /// Divides a drive into segments without gaps from the first epoch to the last; none for no epochs. @param
 /// places antenna, ENU [m], by epoch
-[[nodiscard]] std::vector<StreetSegment> street_segments(std::span<const Eigen::Vector3d> places);
+[[nodiscard]] std::vector<StreetSegment> street_segments(std::span<const Eigen::Vector3d> points);
 
 }  // namespace canyon::validation

@@ -26,7 +26,7 @@ const geodesy::LocalFrame& frame() {
 MapSurface surface(const std::vector<Eigen::Vector3d>& outer,
                    const std::vector<std::vector<Eigen::Vector3d>>& inners = {},
                    const std::string& semantic = "") {
-  const auto place = [](const std::vector<Eigen::Vector3d>& ring) {
+  const auto point = [](const std::vector<Eigen::Vector3d>& ring) {
     std::vector<Eigen::Vector3d> result;
     for (const auto& p : ring) {
       const Geodetic g = frame().geodetic_from_local(p);
@@ -35,8 +35,8 @@ MapSurface surface(const std::vector<Eigen::Vector3d>& outer,
     return result;
   };
   MapSurface made;
-  made.outer = place(outer);
-  for (const auto& inner : inners) made.inners.push_back(place(inner));
+  made.outer = point(outer);
+  for (const auto& inner : inners) made.inners.push_back(point(inner));
   made.semantic = semantic;
   return made;
 }

@@ -98,7 +98,7 @@ CleanedRing clean(const std::vector<Point2>& raw) {
   return cleaned;
 }
 
-bool is_placed(const std::vector<Point2>& ring) {
+bool is_located(const std::vector<Point2>& ring) {
   return std::all_of(ring.begin(), ring.end(), [](const Point2& p) {
     return std::abs(p.x()) <= kFarthestPoint_m && std::abs(p.y()) <= kFarthestPoint_m;  // false for NaN
   });
@@ -239,7 +239,7 @@ double area(const Polygon2& polygon) {
 bool is_tangled(const PolygonLists& polygons, std::size_t most) {
   std::vector<std::vector<Point2>> rings;
   const auto add = [&](const std::vector<Point2>& ring) {
-    if (is_placed(ring)) rings.push_back(ring);
+    if (is_located(ring)) rings.push_back(ring);
   };
   for (const std::vector<Polygon2>* list : polygons) {
     for (const Polygon2& polygon : *list) {
@@ -259,8 +259,8 @@ std::vector<Polygon2> repair(const std::vector<Polygon2>& raw, std::vector<std::
   std::vector<geos::Geometry> shapes;
   double area_apart = 0;
   for (const Polygon2& polygon : raw) {
-    if (!is_placed(polygon.outer) || !std::all_of(polygon.holes.begin(), polygon.holes.end(),
-                                                  [](const auto& hole) { return is_placed(hole); })) {
+    if (!is_located(polygon.outer) || !std::all_of(polygon.holes.begin(), polygon.holes.end(),
+                                                   [](const auto& hole) { return is_located(hole); })) {
       note(notes, "outline is not within 1,000 km of the origin");
       continue;
     }
@@ -413,10 +413,10 @@ Geodetic choose_origin(const MapData& map, const Terrain* terrain, const std::op
   }
   const geodesy::LocalFrame frame(origin);
   for (int corner = 0; corner < 4; ++corner) {
-    const LonLat place((corner & 1) != 0 ? bounds.max().x() : bounds.min().x(),
+    const LonLat point((corner & 1) != 0 ? bounds.max().x() : bounds.min().x(),
                        (corner & 2) != 0 ? bounds.max().y() : bounds.min().y());
     const double away =
-        frame.local_from_geodetic(Geodetic::from_degrees(place.y(), place.x(), origin.height_m)).norm();
+        frame.local_from_geodetic(Geodetic::from_degrees(point.y(), point.x(), origin.height_m)).norm();
     if (away > kFarthest_m) {
       throw InputError(
           fmt::format("{}: a corner of the map is {:.0f} km from the origin", map.source, away / 1e3),
@@ -453,9 +453,9 @@ std::optional<std::size_t> SameOutlines::add(std::size_t item, const std::vector
   return std::nullopt;
 }
 
-std::vector<LonLat> tree_places(const MapFeature& feature) {
-  std::vector<LonLat> places;
-  if (feature.line.empty()) return places;
+std::vector<LonLat> tree_positions(const MapFeature& feature) {
+  std::vector<LonLat> positions;
+  if (feature.line.empty()) return positions;
   if (feature.kind == FeatureKind::Tree || feature.line.size() < 2) return {feature.line.front()};
   double left_m = 0;  // along the line to the next tree
   for (std::size_t k = 0; k + 1 < feature.line.size(); ++k) {
@@ -463,11 +463,11 @@ std::vector<LonLat> tree_places(const MapFeature& feature) {
     const double length_m = (geodesy::ecef_from_geodetic(Geodetic::from_degrees(b.y(), b.x(), 0)) -
                              geodesy::ecef_from_geodetic(Geodetic::from_degrees(a.y(), a.x(), 0)))
                                 .norm();
-    for (; left_m <= length_m && places.size() < kMostTreesOfARow; left_m += kTreeSpacing_m)
-      places.push_back(length_m > 0 ? LonLat(a + (b - a) * (left_m / length_m)) : a);
+    for (; left_m <= length_m && positions.size() < kMostTreesOfARow; left_m += kTreeSpacing_m)
+      positions.push_back(length_m > 0 ? LonLat(a + (b - a) * (left_m / length_m)) : a);
     left_m -= length_m;
   }
-  return places;
+  return positions;
 }
 
 double total_area(const std::vector<Polygon2>& polygons) {

@@ -79,7 +79,7 @@ class SameOutlines {
 /// Distance of the trees of a row, the first at its beginning; at most 10,000 per row.
 inline constexpr double kTreeSpacing_m = 8;
 /// Positions of the trees of a Tree or TreeRow.
-[[nodiscard]] std::vector<LonLat> tree_places(const MapFeature& feature);
+[[nodiscard]] std::vector<LonLat> tree_positions(const MapFeature& feature);
 
 /// The properties of a building or part for assign_parts(). Polygons from repair(); keeps pointers to strings
 /// and polygons, which must outlive it.

@@ -71,12 +71,12 @@ void expect_clean(const std::vector<Polygon2>& polygons) {
 /// edge to two. Corners are identified by position, because rings may touch.
 void expect_covers(const Polygon2& polygon, const std::vector<std::array<std::uint32_t, 3>>& triangles) {
   std::vector<Point2> points = polygon.outer;
-  using Place = std::pair<double, double>;
-  std::map<std::pair<Place, Place>, int> edges;
-  const auto place = [](const Point2& p) { return Place(p.x(), p.y()); };
+  using Coordinates = std::pair<double, double>;
+  std::map<std::pair<Coordinates, Coordinates>, int> edges;
+  const auto point = [](const Point2& p) { return Coordinates(p.x(), p.y()); };
   const auto close = [&](const Ring& ring) {
     for (std::size_t i = 0; i < ring.size(); ++i) {
-      --edges[{place(ring[i]), place(ring[(i + 1) % ring.size()])}];
+      --edges[{point(ring[i]), point(ring[(i + 1) % ring.size()])}];
     }
   };
   close(polygon.outer);
@@ -89,7 +89,7 @@ void expect_covers(const Polygon2& polygon, const std::vector<std::array<std::ui
     ASSERT_LT(*std::max_element(t.begin(), t.end()), points.size());
     const double twice = twice_area({points[t[0]], points[t[1]], points[t[2]]});
     sum += 0.5 * twice;
-    for (std::size_t k = 0; k < 3; ++k) ++edges[{place(points[t[k]]), place(points[t[(k + 1) % 3]])}];
+    for (std::size_t k = 0; k < 3; ++k) ++edges[{point(points[t[k]]), point(points[t[(k + 1) % 3]])}];
   }
   for (const auto& [ends, count] : edges) {
     const auto back = edges.find({ends.second, ends.first});
@@ -310,10 +310,10 @@ TEST(Footprint, AnyRingIsSurvived) {
   // Random walks over a few points cross, touch and repeat themselves in every possible way.
   std::mt19937_64 random(11);
   for (int trial = 0; trial < 500; ++trial) {
-    std::uniform_int_distribution<int> place(0, 3 + trial % 5), size(3, 14);
+    std::uniform_int_distribution<int> coordinate(0, 3 + trial % 5), size(3, 14);
     const auto walk = [&] {
       Ring ring(static_cast<std::size_t>(size(random)));
-      for (Point2& p : ring) p = {place(random), place(random)};
+      for (Point2& p : ring) p = {coordinate(random), coordinate(random)};
       return ring;
     };
     std::vector<Polygon2> raw(static_cast<std::size_t>(1 + trial % 2));
@@ -327,9 +327,9 @@ TEST(Footprint, AnyRingIsSurvived) {
 // Crossings grow with the square of the corners: 2,000 random points, OSM's limit, have 460,000.
 TEST(Footprint, TangledRingsAreToldAndCostNothing) {
   std::mt19937_64 random(7);
-  std::uniform_real_distribution<double> place(0, 100);
+  std::uniform_real_distribution<double> coordinate(0, 100);
   Polygon2 knot, comb;
-  for (int i = 0; i < 2000; ++i) knot.outer.emplace_back(place(random), place(random));
+  for (int i = 0; i < 2000; ++i) knot.outer.emplace_back(coordinate(random), coordinate(random));
   for (int i = 0; i < 490; ++i)
     for (const Point2& p : {Point2(0, 100), Point2(0.1, 100), Point2(0.1, 0), Point2(0.2, 0)})
       comb.outer.emplace_back(p + Point2(0.2 * i, 0));

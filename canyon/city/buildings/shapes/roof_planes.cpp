@@ -179,15 +179,15 @@ class Envelope {
   RoofSurface finish(const std::vector<RoofPlane>& planes, double highest_m) {
     if (points_.size() > plan_.corners.size()) join_faces();
     RoofSurface surface;
-    std::vector<std::uint32_t> place(points_.size(), kNone);
+    std::vector<std::uint32_t> index(points_.size(), kNone);
     const auto put = [&](std::uint32_t v) {
-      if (place[v] != kNone) return place[v];
-      place[v] = static_cast<std::uint32_t>(surface.vertices.size());
+      if (index[v] != kNone) return index[v];
+      index[v] = static_cast<std::uint32_t>(surface.vertices.size());
       // Recomputed from the planes: exact at corners that cuts pass through.
       double height = highest_m;
       for (const RoofPlane& plane : planes) height = std::min(height, plane.height_m(points_[v]));
       surface.vertices.emplace_back(points_[v].x(), points_[v].y(), std::max(0.0, height));
-      return place[v];
+      return index[v];
     };
     for (std::uint32_t v = 0; v < plan_.corners.size(); ++v) put(v);
     for (const Triangle& t : triangles_) surface.triangles.push_back({put(t[0]), put(t[1]), put(t[2])});
@@ -196,8 +196,8 @@ class Envelope {
     std::vector<std::vector<std::pair<double, std::uint32_t>>> inserted(plan_.corners.size());
     for (const auto& [directed, begin] : rim_) {
       const auto v = static_cast<std::uint32_t>(directed >> 32);  // each added vertex begins one final edge
-      if (v < plan_.corners.size() || place[v] == kNone) continue;
-      inserted[begin].emplace_back((points_[v] - plan_.corners[begin]).squaredNorm(), place[v]);
+      if (v < plan_.corners.size() || index[v] == kNone) continue;
+      inserted[begin].emplace_back((points_[v] - plan_.corners[begin]).squaredNorm(), index[v]);
     }
     for (std::size_t i = 0; i < inserted.size(); ++i) {
       std::sort(inserted[i].begin(), inserted[i].end());

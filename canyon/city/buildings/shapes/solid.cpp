@@ -365,7 +365,7 @@ void append_solid(Mesh& mesh, const std::string& name, city::Surface surface, co
   object.close(name, surface);
 }
 
-void append_tree(Mesh& mesh, const std::string& name, const Point2& place, double base_m, double height_m,
+void append_tree(Mesh& mesh, const std::string& name, const Point2& point, double base_m, double height_m,
                  double crown_diameter_m) {
   constexpr std::uint32_t kTrunkSides = 6, kMeridians = 8, kParallels = 3;
   const double trunk_radius = std::clamp(0.02 * height_m, 0.05, 0.5);
@@ -376,8 +376,8 @@ void append_tree(Mesh& mesh, const std::string& name, const Point2& place, doubl
   std::array<std::uint32_t, kTrunkSides> low{}, high{};
   for (std::uint32_t i = 0; i < kTrunkSides; ++i) {
     const double angle = 2 * M_PI * i / kTrunkSides;
-    const double x = place.x() + trunk_radius * std::cos(angle),
-                 y = place.y() + trunk_radius * std::sin(angle);
+    const double x = point.x() + trunk_radius * std::cos(angle),
+                 y = point.y() + trunk_radius * std::sin(angle);
     low[i] = object.vertex(x, y, base_m);
     high[i] = object.vertex(x, y, trunk_top);
   }
@@ -393,18 +393,18 @@ void append_tree(Mesh& mesh, const std::string& name, const Point2& place, doubl
 
   // An ellipsoid between its poles; parallels from south to north.
   const double half_height = 0.5 * (crown_top - crown_bottom), middle = 0.5 * (crown_top + crown_bottom);
-  const std::uint32_t south = object.vertex(place.x(), place.y(), crown_bottom);
+  const std::uint32_t south = object.vertex(point.x(), point.y(), crown_bottom);
   std::array<std::array<std::uint32_t, kMeridians>, kParallels> rings{};
   for (std::uint32_t p = 0; p < kParallels; ++p) {
     const double latitude = M_PI * (p + 1.0) / (kParallels + 1) - 0.5 * M_PI;
     const double radius = 0.5 * crown_diameter_m * std::cos(latitude);
     for (std::uint32_t m = 0; m < kMeridians; ++m) {
       const double angle = 2 * M_PI * m / kMeridians;
-      rings[p][m] = object.vertex(place.x() + radius * std::cos(angle), place.y() + radius * std::sin(angle),
+      rings[p][m] = object.vertex(point.x() + radius * std::cos(angle), point.y() + radius * std::sin(angle),
                                   middle + half_height * std::sin(latitude));
     }
   }
-  const std::uint32_t north = object.vertex(place.x(), place.y(), crown_top);
+  const std::uint32_t north = object.vertex(point.x(), point.y(), crown_top);
   for (std::uint32_t m = 0; m < kMeridians; ++m) {
     const std::uint32_t n = (m + 1) % kMeridians;
     object.triangle(south, rings[0][n], rings[0][m], Material::Foliage);

@@ -40,7 +40,7 @@ void append_solid(city::Mesh& mesh, const std::string& name, city::Surface surfa
 /// A tree as one object of Surface::Foliage: a vertical six-sided trunk and a closed crown, an ellipsoid of 8
 /// meridians from a quarter of the height to the top; both of Material::Wood. Metres; all values except
 /// base_m are positive.
-void append_tree(city::Mesh& mesh, const std::string& name, const Point2& place, double base_m,
+void append_tree(city::Mesh& mesh, const std::string& name, const Point2& point, double base_m,
                  double height_m, double crown_diameter_m);
 
 /// Appends ready-made surfaces (CityGML, CityJSON) as one object of Surface::Building in `frame`: planar

@@ -67,10 +67,10 @@ Ring random_star(std::mt19937_64& random, int corners, double inner, double oute
 
 /// A union of boxes with corners on a grid of half metres.
 std::vector<Polygon2> random_blocks(std::mt19937_64& random, int boxes) {
-  std::uniform_int_distribution<int> place(-20, 20), size(4, 24);
+  std::uniform_int_distribution<int> coordinate(-20, 20), size(4, 24);
   std::vector<Polygon2> parts;
   for (int i = 0; i < boxes; ++i) {
-    const double x = 0.5 * place(random), y = 0.5 * place(random);
+    const double x = 0.5 * coordinate(random), y = 0.5 * coordinate(random);
     parts.push_back({box(x, y, x + 0.5 * size(random), y + 0.5 * size(random)), {}});
   }
   return unite(parts);
@@ -337,7 +337,7 @@ TEST(Solid, CutsGoThroughCornersThatTheyWouldMissByAHair) {
 }
 
 /// Height of the roof above a position.
-double roof_at(const Built& built, const Point2& place) {
+double roof_at(const Built& built, const Point2& point) {
   double highest = -1e9;
   for (const auto& t : built.mesh.triangles) {
     const Eigen::Vector3d &a = built.mesh.vertices[t[0]], &b = built.mesh.vertices[t[1]],
@@ -345,7 +345,7 @@ double roof_at(const Built& built, const Point2& place) {
     Eigen::Matrix3d m;
     m << a.x(), b.x(), c.x(), a.y(), b.y(), c.y(), 1, 1, 1;
     if (std::abs(m.determinant()) < 1e-9) continue;
-    const Eigen::Vector3d shares = m.inverse() * Eigen::Vector3d(place.x(), place.y(), 1);
+    const Eigen::Vector3d shares = m.inverse() * Eigen::Vector3d(point.x(), point.y(), 1);
     if (shares.minCoeff() > -1e-9)
       highest = std::max(highest, shares.dot(Eigen::Vector3d(a.z(), b.z(), c.z())));
   }

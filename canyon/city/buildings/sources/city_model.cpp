@@ -209,7 +209,7 @@ void CityModel::drop_file() {
 }
 
 /// Distinguishes objects, except for duplicates.
-std::string CityModel::id_and_place(const MapFeature& feature) {
+std::string CityModel::id_and_location(const MapFeature& feature) {
   const LonLat middle = feature.bounds().center();
   return fmt::format("{} {:.7f} {:.7f}", feature.id, middle.x(), middle.y());
 }
@@ -289,17 +289,17 @@ void CityModel::to_wgs84(std::size_t index, std::vector<Eigen::Vector3d>& points
   }
 }
 
-void CityModel::place(std::size_t index, const Eigen::Matrix4d& matrix, const Eigen::Vector3d& origin,
-                      std::vector<Eigen::Vector3d>& points) {
+void CityModel::transform_to_wgs84(std::size_t index, const Eigen::Matrix4d& matrix,
+                                   const Eigen::Vector3d& origin, std::vector<Eigen::Vector3d>& points) {
   for (Eigen::Vector3d& p : points) p = (matrix * p.homogeneous()).head<3>();
   if (!systems_[index].reference.geographic()) {
     for (Eigen::Vector3d& p : points) p += origin;
     to_wgs84(index, points);
     return;
   }
-  std::vector<Eigen::Vector3d> placed{origin};
-  to_wgs84(index, placed);
-  const Eigen::Vector3d& at = placed.front();
+  std::vector<Eigen::Vector3d> posed{origin};
+  to_wgs84(index, posed);
+  const Eigen::Vector3d& at = posed.front();
   if (!at.allFinite()) {
     std::fill(points.begin(), points.end(), at);
     return;
@@ -326,7 +326,7 @@ void CityModel::keep(MapFeature feature, const CityObject& object) {
     return;
   }
   // Neighbouring tiles repeat the objects on their borders.
-  const std::string key = id_and_place(feature);
+  const std::string key = id_and_location(feature);
   if (files_ > 1 && seen_.count(key) > 0) {
     ++tally_.repeated;
     return;
@@ -429,9 +429,9 @@ void CityModel::add_tree(CityObject object) {
   feature.kind = FeatureKind::Tree;
   feature.tags = std::move(object.attributes);
   add_tags_of_attributes(feature.tags);
-  if (object.place) {
-    feature.line = {object.place->head<2>()};
-    feature.base_m = object.place->z();
+  if (object.transform_to_wgs84) {
+    feature.line = {object.transform_to_wgs84->head<2>()};
+    feature.base_m = object.transform_to_wgs84->z();
   } else if (!extent.isEmpty()) {
     feature.line = {extent.center().head<2>()};
     feature.base_m = extent.min().z();
@@ -502,7 +502,7 @@ void CityModel::finish_file() {
   }
   features.resize(kept);
   lods_.resize(kept);
-  for (std::size_t i = first_feature_; i < kept; ++i) seen_.insert(id_and_place(features[i]));
+  for (std::size_t i = first_feature_; i < kept; ++i) seen_.insert(id_and_location(features[i]));
   here_.clear();
   first_feature_ = kept;
   first_relief_ = data_.relief.size();

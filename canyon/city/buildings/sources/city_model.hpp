@@ -44,7 +44,8 @@ struct CityObject {
   CityAttributes attributes;
   double lod = -1;  ///< of the surfaces; below 1 these are outlines; below 0: no geometry
   std::vector<MapSurface> surfaces;
-  std::optional<Eigen::Vector3d> place;  ///< of a geometry shared by many objects (lon, lat [deg], height)
+  std::optional<Eigen::Vector3d>
+      transform_to_wgs84;  ///< of a geometry shared by many objects (lon, lat [deg], height)
   bool has_parts = false;
   bool named = true;  ///< the id is from the file
 };
@@ -86,8 +87,8 @@ class CityModel {
   /// Converts in place to WGS 84: points of a geometry shared by many objects [m], transformed by `matrix`
   /// and then moved to `origin` (of the file, east first). In a geographic system they are east, north, up
   /// about it.
-  void place(std::size_t system, const Eigen::Matrix4d& matrix, const Eigen::Vector3d& origin,
-             std::vector<Eigen::Vector3d>& points);
+  void transform_to_wgs84(std::size_t system, const Eigen::Matrix4d& matrix, const Eigen::Vector3d& origin,
+                          std::vector<Eigen::Vector3d>& points);
 
   using Level = ReadReport::Level;
   void leave_out(const std::string& what, std::size_t count = 1, Level level = Level::Loss) {
@@ -122,7 +123,7 @@ class CityModel {
   void add_tree(CityObject object);
   void add_wood(CityObject object);
   [[nodiscard]] bool leaves_out_low(const MapFeature& feature);
-  [[nodiscard]] static std::string id_and_place(const MapFeature& feature);
+  [[nodiscard]] static std::string id_and_location(const MapFeature& feature);
   void keep(MapFeature feature, const CityObject& object);
   [[nodiscard]] bool in_box(const Eigen::AlignedBox2d& bounds) const;
   void finish_file();

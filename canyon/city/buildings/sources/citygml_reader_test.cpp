@@ -315,14 +315,14 @@ TEST_F(CityGmlTest, CavitiesOfSolidsAndMultiSolids) {
 
 // A bench whose shape is in the object's file once: rotated by 90 deg and moved.
 TEST_F(CityGmlTest, ImplicitGeometry) {
-  const auto bench = [](const char* id, const char* shape, const char* place) {
+  const auto bench = [](const char* id, const char* shape, const char* position) {
     return citygml_member(fmt::format(
         "<frn:CityFurniture gml:id=\"{}\"><frn:lod2ImplicitRepresentation><core:ImplicitGeometry>"
         "<core:transformationMatrix>0 -1 0 0  1 0 0 0  0 0 1 0  0 0 0 1</core:transformationMatrix>"
         "<core:relativeGMLGeometry{}<core:referencePoint><gml:Point "
         "srsName=\"EPSG:25832\"><gml:pos>{}</gml:pos></gml:Point>"
         "</core:referencePoint></core:ImplicitGeometry></frn:lod2ImplicitRepresentation></frn:CityFurniture>",
-        id, shape, place));
+        id, shape, position));
   };
   const std::string shape = "><gml:MultiSurface gml:id=\"shape\">" +
                             gml_member(gml_polygon({"0 0 0 2 0 0 2 1 1 0 0 0"})) +

@@ -283,18 +283,18 @@ class CityJsonReader {
         origin[0].get<long long>() < 0 || static_cast<std::size_t>(origin[0].get<long long>()) >= raw_.size())
       fail_object(key, "a GeometryInstance has no vertex number");
     const auto number = static_cast<std::size_t>(origin[0].get<long long>());
-    if (vertices_[number].allFinite()) object.place = vertices_[number];
+    if (vertices_[number].allFinite()) object.transform_to_wgs84 = vertices_[number];
     Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
     const Json& rows = instance["transformationMatrix"];
     for (std::size_t i = 0; i < 16 && rows.is_array() && rows.size() == 16; ++i) {
       if (!rows[i].is_number()) fail_object(key, "transformationMatrix is not 16 numbers");
       matrix(static_cast<Eigen::Index>(i / 4), static_cast<Eigen::Index>(i % 4)) = rows[i].get<double>();
     }
-    std::vector<Eigen::Vector3d> placed = template_vertices();
-    model_.place(*system_, matrix, raw_[number], placed);
-    std::vector<std::string_view> none(placed.size());
+    std::vector<Eigen::Vector3d> posed = template_vertices();
+    model_.transform_to_wgs84(*system_, matrix, raw_[number], posed);
+    std::vector<std::string_view> none(posed.size());
     const auto exchange = [&] {
-      std::swap(vertices_, placed);
+      std::swap(vertices_, posed);
       std::swap(faults_, none);
     };
     exchange();

@@ -150,26 +150,27 @@ TEST_F(CityJsonTest, DutchGridKeepsItsDatumShift) {
 
 TEST_F(CityJsonTest, GdaltransformAgrees) {
   CANYON_NEEDS_PROGRAM("gdaltransform");
-  struct Place {
+  struct Located {
     const char *reference, *translate;
   };
-  for (const Place& place : {Place{"28992", "85000,446000,0"}, Place{"27700", "530000,180000,0"},
-                             Place{"2056", "2683000,1248000,0"}, Place{"4258", "11.5,48.1,0"}}) {
-    const MapData data =
-        read(cityjson(cityjson_building("house", kHouseSolid), std::string("EPSG/0/") + place.reference,
-                      place.translate, "2.0", "1e-9,1e-9,0.001"));
-    std::string point = place.translate;
+  for (const Located& transform_to_wgs84 :
+       {Located{"28992", "85000,446000,0"}, Located{"27700", "530000,180000,0"},
+        Located{"2056", "2683000,1248000,0"}, Located{"4258", "11.5,48.1,0"}}) {
+    const MapData data = read(cityjson(cityjson_building("house", kHouseSolid),
+                                       std::string("EPSG/0/") + transform_to_wgs84.reference,
+                                       transform_to_wgs84.translate, "2.0", "1e-9,1e-9,0.001"));
+    std::string point = transform_to_wgs84.translate;
     std::replace(point.begin(), point.end(), ',', ' ');
-    const auto checked = test::run_program(
-        fmt::format("echo '{}' | gdaltransform -s_srs EPSG:{} -t_srs EPSG:4326", point, place.reference));
+    const auto checked = test::run_program(fmt::format(
+        "echo '{}' | gdaltransform -s_srs EPSG:{} -t_srs EPSG:4326", point, transform_to_wgs84.reference));
     ASSERT_EQ(checked.status, 0);
     std::istringstream words(checked.output);
     double lon = 0;
     double lat = 0;
     ASSERT_TRUE(words >> lon >> lat) << checked.output;
     const Eigen::Vector3d corner = data.features.at(0).surfaces.at(0).outer.at(0);
-    EXPECT_NEAR(corner.x(), lon, 1e-9) << place.reference;
-    EXPECT_NEAR(corner.y(), lat, 1e-9) << place.reference;
+    EXPECT_NEAR(corner.x(), lon, 1e-9) << transform_to_wgs84.reference;
+    EXPECT_NEAR(corner.y(), lat, 1e-9) << transform_to_wgs84.reference;
   }
 }
 

@@ -174,37 +174,37 @@ Geoid::Geoid(const Heights& heights) {
   above_sea_level_ = true;
 }
 
-double Geoid::undulation_m(const LonLat& place) const {
+double Geoid::undulation_m(const LonLat& point) const {
   if (!grid_) return constant_m_;
   const std::lock_guard lock(grid_->mutex);
   if (grid_->geographiclib) {
     try {
-      return (*grid_->geographiclib)(place.y(), longitude_near(place.x(), 0));
+      return (*grid_->geographiclib)(point.y(), longitude_near(point.x(), 0));
     } catch (const GeographicLib::GeographicErr& e) {
       throw InputError(grid_->file, 0, fmt::format("geoid of {}: {}", grid_->name, e.what()), kGridCure);
     }
   }
   // A point on the ellipsoid is N below the geoid. Systems in feet give results in feet.
   const gdal::Quiet quiet;
-  double x = longitude_near(place.x(), 0);
-  double y = place.y();
+  double x = longitude_near(point.x(), 0);
+  double y = point.y();
   double z = 0;
   int ok = 0;
   if (OCTTransformEx(grid_->compound_from_wgs84.get(), 1, &x, &y, &z, &ok) == 0 || ok == 0 ||
       !std::isfinite(z)) {
     throw InputError(grid_->file, 0,
                      fmt::format("the grid of {} does not cover longitude {:.5f}, latitude {:.5f}",
-                                 grid_->name, place.x(), place.y()),
+                                 grid_->name, point.x(), point.y()),
                      kGridCure);
   }
   return -z * grid_->metres_per_unit;
 }
 
-double geoid_undulation_m(GeoidModel model, const LonLat& place) {
+double geoid_undulation_m(GeoidModel model, const LonLat& point) {
   Geoid::Heights heights;
   heights.file = "geoid";
   heights.options.geoid = model;
-  return Geoid(heights).undulation_m(place);
+  return Geoid(heights).undulation_m(point);
 }
 
 }  // namespace canyon::buildings

@@ -41,7 +41,7 @@ class Geoid {
 
   /// N [m], to be added; as accurate as the installed grid (EGM96 grids of 15' and 5' differ by decimetres in
   /// mountains). Throws InputError outside the grid. Thread-safe.
-  [[nodiscard]] double undulation_m(const LonLat& place) const;
+  [[nodiscard]] double undulation_m(const LonLat& point) const;
 
   /// Whether undulation_m() is that of mean sea level; false if heights are read as ellipsoidal.
   [[nodiscard]] bool above_sea_level() const { return above_sea_level_; }
@@ -66,6 +66,6 @@ class Geoid {
 
 /// N [m] of a geoid model at a position. Throws InputError if its grid is not installed. Precondition:
 /// `model` is not ByFile.
-[[nodiscard]] double geoid_undulation_m(GeoidModel model, const LonLat& place);
+[[nodiscard]] double geoid_undulation_m(GeoidModel model, const LonLat& point);
 
 }  // namespace canyon::buildings

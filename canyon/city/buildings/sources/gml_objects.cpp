@@ -17,7 +17,7 @@ namespace canyon::buildings {
 namespace {
 
 /// The position of a geometry shared by many objects: CityGML's implicit geometry.
-struct GmlPlacement {
+struct GmlTransform {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();  ///< before the reference point is added
   const GmlElement* reference = nullptr;                 ///< a Point
 };
@@ -27,7 +27,7 @@ struct GmlFace {
   const GmlElement* polygon = nullptr;
   bool reversed = false;
   std::string_view semantic;  ///< name of the thematic surface; empty without one
-  int placement = -1;         ///< index of its GmlPlacement; -1: it has its own coordinates
+  int containment = -1;       ///< index of its GmlTransform; -1: it has its own coordinates
 };
 
 /// The polygons of one level of detail: of the object's own geometry, and of its thematic surfaces.
@@ -44,7 +44,7 @@ class GmlFaces {
   /// The levels of detail of an object, without nested objects.
   [[nodiscard]] std::map<int, GmlDetail> details_of(const GmlElement& object);
 
-  [[nodiscard]] const std::vector<GmlPlacement>& placements() const { return placements_; }
+  [[nodiscard]] const std::vector<GmlTransform>& containments() const { return containments_; }
   /// Referenced ids that do not exist.
   [[nodiscard]] const std::set<std::string>& missing() const { return missing_; }
   /// The number of geometries in external files.
@@ -60,7 +60,7 @@ class GmlFaces {
 
   const GmlLibrary& library_;
   std::unordered_map<std::string_view, const GmlElement*> by_id_;
-  std::vector<GmlPlacement> placements_;
+  std::vector<GmlTransform> containments_;
   std::set<std::string> missing_;
   std::size_t external_ = 0;
 };
@@ -118,7 +118,7 @@ FaceKey key_of(const GmlFace& face) {
   const std::size_t count = ring.size() - (closed ? 1 : 0);
   std::uint64_t sum = 0;
   for (std::size_t i = 0; i < count; ++i) sum += hash_of(ring[i]);
-  return {count, sum, face.placement};
+  return {count, sum, face.containment};
 }
 
 /// Twice the area vector by Newell's method, in the square of the coordinates' unit.
@@ -219,22 +219,22 @@ void GmlFaces::collect(const GmlElement& element, GmlFace like, int depth, std::
 
 void GmlFaces::collect_implicit(const GmlElement& geometry, GmlFace like, int depth,
                                 std::vector<GmlFace>& faces) {
-  GmlPlacement placement;
+  GmlTransform containment;
   if (const GmlElement* matrix = geometry.child("transformationMatrix")) {
     const std::vector<std::string_view> words = split_blanks(matrix->text);
     for (std::size_t i = 0; i < 16 && words.size() == 16; ++i) {
-      placement.matrix(static_cast<Eigen::Index>(i / 4), static_cast<Eigen::Index>(i % 4)) =
+      containment.matrix(static_cast<Eigen::Index>(i / 4), static_cast<Eigen::Index>(i % 4)) =
           parse_double(words[i]).value_or(0);
     }
   }
   if (const GmlElement* reference = geometry.child("referencePoint")) {
     const GmlElement* point = reference->child("Point");
     if (point == nullptr && !reference->href.empty()) point = resolve(reference->href);
-    if (point != nullptr && !point->positions.empty()) placement.reference = point;
+    if (point != nullptr && !point->positions.empty()) containment.reference = point;
   }
-  if (placement.reference == nullptr) return;
-  placements_.push_back(placement);
-  like.placement = static_cast<int>(placements_.size()) - 1;
+  if (containment.reference == nullptr) return;
+  containments_.push_back(containment);
+  like.containment = static_cast<int>(containments_.size()) - 1;
   if (geometry.child("libraryObject") != nullptr) ++external_;
   for (const char* name : {"relativeGMLGeometry", "relativeGeometry"})
     if (const GmlElement* relative = geometry.child(name)) collect(*relative, like, depth + 1, faces);
@@ -385,31 +385,31 @@ class GmlObjectReader {
       // A part has them already.
       faces.erase(std::remove_if(faces.begin(), faces.end(),
                                  [&](const GmlFace& face) {
-                                   return face.placement < 0 && taken_.count(face.polygon) > 0;
+                                   return face.containment < 0 && taken_.count(face.polygon) > 0;
                                  }),
                   faces.end());
       if (faces.empty()) continue;
       object.lod = lod;
       for (const GmlFace& face : faces)
-        if (face.placement < 0) taken_.insert(face.polygon);
+        if (face.containment < 0) taken_.insert(face.polygon);
       add_surfaces(faces, object);
       if (!object.surfaces.empty()) break;
     }
-    if (!faces_.placements().empty()) place_object(object);
+    if (!faces_.containments().empty()) transform_object(object);
   }
 
   /// The first implicit geometry of the current object.
-  void place_object(CityObject& object) {
-    const std::size_t first = placements_seen_;
-    placements_seen_ = faces_.placements().size();
-    if (first == placements_seen_) return;
-    const Eigen::Vector3d place = origin_of(faces_.placements()[first]);
-    if (place.allFinite()) object.place = place;
+  void transform_object(CityObject& object) {
+    const std::size_t first = transforms_seen_;
+    transforms_seen_ = faces_.containments().size();
+    if (first == transforms_seen_) return;
+    const Eigen::Vector3d position = origin_of(faces_.containments()[first]);
+    if (position.allFinite()) object.transform_to_wgs84 = position;
   }
 
   /// Longitude, latitude [deg], ellipsoidal height [m].
-  Eigen::Vector3d origin_of(const GmlPlacement& placement) {
-    const GmlElement& point = *placement.reference;
+  Eigen::Vector3d origin_of(const GmlTransform& containment) {
+    const GmlElement& point = *containment.reference;
     const std::size_t system = system_of(point);
     std::vector<Eigen::Vector3d> points{model_.east_first(system, point.positions.front())};
     model_.to_wgs84(system, points);
@@ -427,10 +427,10 @@ class GmlObjectReader {
 
   using Points = std::vector<Eigen::Vector3d>;
 
-  void place_relative(const GmlPlacement& placement, Points& points) {
-    const std::size_t system = system_of(*placement.reference);
-    model_.place(system, placement.matrix, model_.east_first(system, placement.reference->positions.front()),
-                 points);
+  void transform_relative(const GmlTransform& containment, Points& points) {
+    const std::size_t system = system_of(*containment.reference);
+    model_.transform_to_wgs84(system, containment.matrix,
+                              model_.east_first(system, containment.reference->positions.front()), points);
   }
 
   void add_surfaces(const std::vector<GmlFace>& faces, CityObject& object) {
@@ -441,7 +441,7 @@ class GmlObjectReader {
     };
     std::map<std::pair<int, std::size_t>, Batch> batches;
     const auto batch_of = [&](const GmlFace& face) -> Batch& {
-      return batches[{face.placement, face.placement < 0 ? system_of(*face.polygon) : 0}];
+      return batches[{face.containment, face.containment < 0 ? system_of(*face.polygon) : 0}];
     };
     for (const GmlFace& face : faces) {
       Points& points = batch_of(face).points;
@@ -452,7 +452,7 @@ class GmlObjectReader {
         for (Eigen::Vector3d& p : batch.points) p = model_.east_first(key.second, p);
         model_.to_wgs84(key.second, batch.points);
       } else {
-        place_relative(faces_.placements()[static_cast<std::size_t>(key.first)], batch.points);
+        transform_relative(faces_.containments()[static_cast<std::size_t>(key.first)], batch.points);
       }
     }
     std::size_t off_earth = 0;
@@ -506,7 +506,7 @@ class GmlObjectReader {
   CityModel& model_;
   std::set<const GmlElement*> taken_;
   std::map<const std::string*, std::size_t> systems_;
-  std::size_t placements_seen_ = 0;
+  std::size_t transforms_seen_ = 0;
 };
 
 }  // namespace

@@ -92,8 +92,8 @@ double longitude_near(double longitude, double other) {
 Eigen::AlignedBox2d MapFeature::bounds() const {
   Eigen::AlignedBox2d box;
   for (const MapPolygon& polygon : polygons)
-    for (const LonLat& place : polygon.outer) box.extend(place);
-  for (const LonLat& place : line) box.extend(place);
+    for (const LonLat& point : polygon.outer) box.extend(point);
+  for (const LonLat& point : line) box.extend(point);
   for (const MapSurface& surface : surfaces)
     for (const Eigen::Vector3d& corner : surface.outer) box.extend(LonLat(corner.head<2>()));
   return box;
@@ -103,8 +103,8 @@ void MapFeature::bring_near(double longitude) {
   const double middle = bounds().center().x();
   const double turns = longitude_near(middle, longitude) - middle;
   if (turns == 0) return;
-  const auto turn = [turns](auto& places) {
-    for (auto& place : places) place.x() += turns;
+  const auto turn = [turns](auto& points) {
+    for (auto& position : points) position.x() += turns;
   };
   turn(line);
   for (MapPolygon& polygon : polygons) {

@@ -111,12 +111,12 @@ class OverpassXml {
     if (count == 0) ++without_nodes_;
     for (std::size_t i = 0; i < count; ++i) {
       // Null: a node outside the requested box. Its way refers to a node that is not in the data.
-      const bool placed = geometry.is_array() && i < geometry.size() && geometry[i].is_object();
-      const double lat = placed ? geometry[i]["lat"].get<double>() : 0;
-      const double lon = placed ? geometry[i]["lon"].get<double>() : 0;
-      const std::int64_t unlisted = placed ? id_at(lat, lon) : kNowhere;
+      const bool is_located = geometry.is_array() && i < geometry.size() && geometry[i].is_object();
+      const double lat = is_located ? geometry[i]["lat"].get<double>() : 0;
+      const double lon = is_located ? geometry[i]["lon"].get<double>() : 0;
+      const std::int64_t unlisted = is_located ? id_at(lat, lon) : kNowhere;
       xml_ += fmt::format("<nd ref=\"{}\"", listed ? nodes[i].get<std::int64_t>() : unlisted);
-      if (placed) xml_ += fmt::format(" lat=\"{:.9f}\" lon=\"{:.9f}\"", lat, lon);
+      if (is_located) xml_ += fmt::format(" lat=\"{:.9f}\" lon=\"{:.9f}\"", lat, lon);
       xml_ += "/>";
     }
     add_tags(way);

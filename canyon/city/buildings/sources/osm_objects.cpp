@@ -34,7 +34,7 @@ bool contains(const std::vector<OsmId>& set, OsmId id) {
 
 /// The entry in `objects` for a new version of an object; nullptr if it already has a newer one.
 template <typename Object>
-Object* place_for(std::map<OsmId, Object>& objects, OsmId id, std::uint32_t version) {
+Object* slot_for(std::map<OsmId, Object>& objects, OsmId id, std::uint32_t version) {
   const auto [at, fresh] = objects.try_emplace(id);
   if (!fresh && at->second.version >= version) return nullptr;
   at->second = Object{};
@@ -42,7 +42,7 @@ Object* place_for(std::map<OsmId, Object>& objects, OsmId id, std::uint32_t vers
   return &at->second;
 }
 
-/// Calls `add` with each visible object, which stores relevant ones by place_for(). Drops objects whose newer
+/// Calls `add` with each visible object, which stores relevant ones by slot_for(). Drops objects whose newer
 /// version is deleted or not relevant. In a single file sorted by id, no object occurs twice.
 template <typename Object, typename Add>
 void read_newest(const std::vector<OsmFile>& files, osmium::osm_entity_bits::type bits,
@@ -124,13 +124,13 @@ class ObjectReader {
     TagMap tags = tags_of(relation);
     OsmClass kind = classify(tags, options_.foliage);
     if (multipolygon && !kind.kind && !says_nothing(tags)) return;
-    OsmRelation* place = place_for(objects_.relations, relation.id(), relation.version());
-    if (place == nullptr) return;
-    place->tags = std::move(tags);
-    place->kind = std::move(kind);
-    place->multipolygon = multipolygon;
+    OsmRelation* position = slot_for(objects_.relations, relation.id(), relation.version());
+    if (position == nullptr) return;
+    position->tags = std::move(tags);
+    position->kind = std::move(kind);
+    position->multipolygon = multipolygon;
     for (const osmium::RelationMember& member : relation.members())
-      place->members.push_back({osmium::item_type_to_char(member.type()), member.ref(), member.role()});
+      position->members.push_back({osmium::item_type_to_char(member.type()), member.ref(), member.role()});
   }
 
   [[nodiscard]] bool in_wide_box(const osmium::Location& location) const {
@@ -167,18 +167,18 @@ class ObjectReader {
     for (const osmium::NodeRef& node : way.nodes()) {
       fresh.nodes.push_back(node.ref());
       // "out geom" of Overpass and osmium's add-locations-to-ways write the positions here.
-      const bool placed = node.location().valid();
-      if (placed && !places_in_ways_.emplace(node.ref(), node.location()).second && newer)
-        places_in_ways_[node.ref()] = node.location();
-      fresh.near_box =
-          fresh.near_box || contains(nodes_in_box_, node.ref()) || (placed && in_wide_box(node.location()));
+      const bool is_located = node.location().valid();
+      if (is_located && !node_locations_.emplace(node.ref(), node.location()).second && newer)
+        node_locations_[node.ref()] = node.location();
+      fresh.near_box = fresh.near_box || contains(nodes_in_box_, node.ref()) ||
+                       (is_located && in_wide_box(node.location()));
     }
     if (options_.box && !member && !fresh.near_box) return;
     if (foliage && !fresh.kind.kind) {
       ++objects_.foliage_left_out;
       if (!member) return;
     }
-    if (OsmWay* place = place_for(objects_.ways, way.id(), way.version())) *place = std::move(fresh);
+    if (OsmWay* position = slot_for(objects_.ways, way.id(), way.version())) *position = std::move(fresh);
   }
 
   /// Members of relations were kept at any position.
@@ -209,7 +209,7 @@ class ObjectReader {
     for (const auto& [id, way] : objects_.ways)
       wanted_.insert(wanted_.end(), way.nodes.begin(), way.nodes.end());
     make_set(wanted_);
-    places_.resize(wanted_.size());
+    locations_.resize(wanted_.size());
     versions_.resize(wanted_.size());
     read_newest(files_, osmium::osm_entity_bits::node, objects_.trees,
                 [&](const osmium::OSMObject& object) { add_node(static_cast<const osmium::Node&>(object)); });
@@ -228,8 +228,8 @@ class ObjectReader {
                   "{} nodes beyond the poles or the antimeridian (longitude 180 deg), left out", node);
     if (wanted) {
       const auto at = static_cast<std::size_t>(found - wanted_.begin());
-      if (places_[at].is_undefined() || node.version() > versions_[at]) {
-        places_[at] = node.location();
+      if (locations_[at].is_undefined() || node.version() > versions_[at]) {
+        locations_[at] = node.location();
         versions_[at] = node.version();
       }
     }
@@ -238,10 +238,10 @@ class ObjectReader {
     const OsmClass kind = classify(tags, options_.foliage);
     if (!kind.kind) return;
     if (*kind.kind == FeatureKind::Tree) {
-      OsmTree* place = place_for(objects_.trees, node.id(), node.version());
-      if (place == nullptr) return;
-      place->tags = std::move(tags);
-      place->place = place_of(node.location());
+      OsmTree* position = slot_for(objects_.trees, node.id(), node.version());
+      if (position == nullptr) return;
+      position->tags = std::move(tags);
+      position->position = position_of(node.location());
     } else if (*kind.kind == FeatureKind::Building && kind.left_out.empty()) {
       tell(ReadReport::Level::Remark, "{} points tagged building, left out: no outline", node);
     }
@@ -250,26 +250,26 @@ class ObjectReader {
   [[nodiscard]] osmium::Location location_of(OsmId node) const {
     const auto at =
         static_cast<std::size_t>(std::lower_bound(wanted_.begin(), wanted_.end(), node) - wanted_.begin());
-    if (places_[at].is_defined()) return places_[at];
-    const auto found = places_in_ways_.find(node);
-    return found != places_in_ways_.end() && found->second.valid() ? found->second : osmium::Location();
+    if (locations_[at].is_defined()) return locations_[at];
+    const auto found = node_locations_.find(node);
+    return found != node_locations_.end() && found->second.valid() ? found->second : osmium::Location();
   }
 
   /// Longitudes near the middle of the box, else near the first position.
-  [[nodiscard]] LonLat place_of(const osmium::Location& location) {
+  [[nodiscard]] LonLat position_of(const osmium::Location& location) {
     if (!middle_longitude_) middle_longitude_ = location.lon();
     return {longitude_near(location.lon(), *middle_longitude_), location.lat()};
   }
 
   void resolve() {
     for (auto& [id, way] : objects_.ways) {
-      way.places.reserve(way.nodes.size());
+      way.positions.reserve(way.nodes.size());
       for (const OsmId node : way.nodes) {
         const osmium::Location location = location_of(node);
         if (location.is_undefined()) break;
-        way.places.push_back(place_of(location));
+        way.positions.push_back(position_of(location));
       }
-      if (way.places.size() != way.nodes.size()) way.places.clear();
+      if (way.positions.size() != way.nodes.size()) way.positions.clear();
     }
   }
 
@@ -281,9 +281,9 @@ class ObjectReader {
   std::vector<OsmId> member_ways_;   ///< sorted
   std::vector<OsmId> nodes_in_box_;  ///< sorted
   std::vector<OsmId> wanted_;        ///< sorted; the next two members have the same order
-  std::vector<osmium::Location> places_;
+  std::vector<osmium::Location> locations_;
   std::vector<std::uint32_t> versions_;
-  std::unordered_map<OsmId, osmium::Location> places_in_ways_;
+  std::unordered_map<OsmId, osmium::Location> node_locations_;
 };
 
 bool is_street(const osmium::OSMObject& way) {
@@ -425,32 +425,32 @@ StreetMap read_streets(const std::vector<std::filesystem::path>& paths) {
     std::uint32_t version = 0;
     std::vector<OsmId> nodes;
   };
-  struct Place {
+  struct NodeLocation {
     std::uint32_t version = 0;
     osmium::Location location;
   };
   std::map<OsmId, Street> ways;
-  std::map<OsmId, Place> places;
+  std::map<OsmId, NodeLocation> indices;
   read_newest(files, osmium::osm_entity_bits::way, ways, [&](const osmium::OSMObject& object) {
     if (!is_street(object)) return;
-    Street* street = place_for(ways, object.id(), object.version());
+    Street* street = slot_for(ways, object.id(), object.version());
     if (street == nullptr) return;
     for (const osmium::NodeRef& node : static_cast<const osmium::Way&>(object).nodes()) {
       street->nodes.push_back(node.ref());
-      places[node.ref()].location = node.location();  // most files store it only with the node
+      indices[node.ref()].location = node.location();  // most files store it only with the node
     }
   });
   for_each_object(files, osmium::osm_entity_bits::node, [&](const osmium::OSMObject& object) {
-    const auto place = places.find(object.id());
-    if (place != places.end() && object.visible() && object.version() >= place->second.version)
-      place->second = {object.version(), static_cast<const osmium::Node&>(object).location()};
+    const auto position = indices.find(object.id());
+    if (position != indices.end() && object.visible() && object.version() >= position->second.version)
+      position->second = {object.version(), static_cast<const osmium::Node&>(object).location()};
   });
   StreetMap streets;
   std::map<OsmId, std::size_t> index;
-  for (const auto& [id, place] : places) {
-    if (!place.location.valid()) continue;
-    index.emplace(id, streets.places.size());
-    streets.places.emplace_back(place.location.lon(), place.location.lat());
+  for (const auto& [id, position] : indices) {
+    if (!position.location.valid()) continue;
+    index.emplace(id, streets.positions.size());
+    streets.positions.emplace_back(position.location.lon(), position.location.lat());
   }
   for (const auto& [id, street] : ways) {
     for (std::size_t i = 1; i < street.nodes.size(); ++i) {

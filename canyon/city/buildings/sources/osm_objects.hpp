@@ -46,8 +46,8 @@ struct OsmWay {
   TagMap tags;
   OsmClass kind;
   std::vector<OsmId> nodes;
-  bool near_box = false;       ///< with a box: it has a node in the widened box
-  std::vector<LonLat> places;  ///< of `nodes`, if resolve() found all of them; else empty
+  bool near_box = false;          ///< with a box: it has a node in the widened box
+  std::vector<LonLat> positions;  ///< of `nodes`, if resolve() found all of them; else empty
 };
 
 struct OsmMember {
@@ -67,7 +67,7 @@ struct OsmRelation {
 struct OsmTree {
   std::uint32_t version = 0;
   TagMap tags;
-  LonLat place = LonLat::Zero();
+  LonLat position = LonLat::Zero();
 };
 
 /// The objects of several files that can matter, each id once (the highest version; of equal versions the

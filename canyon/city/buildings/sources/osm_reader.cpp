@@ -36,8 +36,8 @@ using RingMembers = std::vector<std::pair<const OsmWay*, std::string>>;
 /// [deg] for libosmium.
 double turn_for_osmium(const RingMembers& members) {
   for (const auto& [way, role] : members)
-    for (const LonLat& place : way->places)
-      if (std::abs(place.x()) > 180) return std::copysign(180, place.x());
+    for (const LonLat& point : way->positions)
+      if (std::abs(point.x()) > 180) return std::copysign(180, point.x());
   return 0;
 }
 
@@ -57,7 +57,7 @@ std::size_t append_way(osmium::memory::Buffer& buffer, OsmId id, const OsmWay& w
     osmium::builder::WayNodeListBuilder nodes(builder);
     for (std::size_t i = 0; i < way.nodes.size(); ++i) {
       nodes.add_node_ref(
-          osmium::NodeRef(way.nodes[i], osmium::Location(way.places[i].x() - turn, way.places[i].y())));
+          osmium::NodeRef(way.nodes[i], osmium::Location(way.positions[i].x() - turn, way.positions[i].y())));
     }
   }
   return buffer.commit();
@@ -92,14 +92,14 @@ bool inside(const LonLat& point, const MapRing& ring) {
 /// The ring of a closed way, without the last point and repeated points. Empty if the way is not closed or
 /// has fewer than three corners; `problem` gets the reason.
 MapRing ring_of(const OsmWay& way, std::string& problem) {
-  if (way.places.size() < 2 || way.places.front() != way.places.back()) {
+  if (way.positions.size() < 2 || way.positions.front() != way.positions.back()) {
     problem = "outline not closed";
     return {};
   }
   MapRing ring;
-  ring.reserve(way.places.size());
-  for (const LonLat& place : way.places)
-    if (ring.empty() || place != ring.back()) ring.push_back(place);
+  ring.reserve(way.positions.size());
+  for (const LonLat& point : way.positions)
+    if (ring.empty() || point != ring.back()) ring.push_back(point);
   if (ring.size() > 1 && ring.front() == ring.back()) ring.pop_back();
   if (ring.size() < 3) {
     problem = "outline of fewer than three corners";
@@ -212,7 +212,7 @@ class FeatureMaker {
       candidate.feature.id = osm_name("node", id);
       candidate.feature.kind = FeatureKind::Tree;
       candidate.feature.tags = std::move(tree.tags);
-      candidate.feature.line = {tree.place};
+      candidate.feature.line = {tree.position};
       all.push_back(std::move(candidate));
     }
     std::move(ways_.begin(), ways_.end(), std::back_inserter(all));
@@ -321,7 +321,7 @@ class FeatureMaker {
       const bool rings = member.role.empty() || member.role == "outer" || member.role == "inner";
       if (member.type != 'w' || !rings) continue;
       const auto way = objects_.ways.find(member.ref);
-      complete = complete && way != objects_.ways.end() && !way->second.places.empty();
+      complete = complete && way != objects_.ways.end() && !way->second.positions.empty();
       if (way == objects_.ways.end()) continue;
       members.emplace_back(member.ref, &member);
       // Old style: the outer ways have the tags.
@@ -403,11 +403,11 @@ class FeatureMaker {
       std::string problem;
       if (way.nodes.empty()) {
         problem = "without nodes";
-      } else if (way.places.empty()) {
+      } else if (way.positions.empty()) {
         problem = "with nodes that are not in the map";
       } else if (feature.kind == FeatureKind::TreeRow || feature.kind == FeatureKind::Passage) {
-        for (const LonLat& place : way.places)
-          if (feature.line.empty() || place != feature.line.back()) feature.line.push_back(place);
+        for (const LonLat& point : way.positions)
+          if (feature.line.empty() || point != feature.line.back()) feature.line.push_back(point);
         if (feature.line.size() < 2) problem = "of one point";
       } else {
         MapRing ring = ring_of(way, problem);

@@ -16,8 +16,8 @@ struct OsmReadOptions {
 
 /// Streets for cars, as a graph.
 struct StreetMap {
-  std::vector<LonLat> places;
-  std::vector<std::pair<std::size_t, std::size_t>> pieces;  ///< connect two of `places`
+  std::vector<LonLat> positions;
+  std::vector<std::pair<std::size_t, std::size_t>> pieces;  ///< connect two of `positions`
 };
 /// The streets of a map: ways tagged highway from trunk to residential, living_street and unclassified,
 /// except tunnels, areas and ways without positions. May be empty. Throws InputError as read_osm() does.

@@ -421,9 +421,9 @@ TEST_F(OsmReader, MergesFilesTakingEachObjectOnce) {
 // As osmium time-filter and osmium apply-changes leave them (osmcode/osmium-tool#197, #273).
 TEST_F(OsmReader, TheNewestVersionCountsAlsoWhereItDoesNotMatterAnyMore) {
   const OsmText::Tags field{{"landuse", "brownfield"}}, tree{{"natural", "tree"}};
-  OsmText places, older, newer;
+  OsmText positions, older, newer;
   // Nodes of a house that is unchanged, of one that is deleted or moves, and of its new position.
-  places.square(1, 10, 50, 0.001, kBuilding).square(2, 10.01, 50, 0.001).square(3, 10.01, 51, 0.001);
+  positions.square(1, 10, 50, 0.001, kBuilding).square(2, 10.01, 50, 0.001).square(3, 10.01, 51, 0.001);
   older.way(5, {20, 21, 22, 23, 20}, kBuilding).way(6, {20, 21, 22, 23, 20}, kBuilding);
   older.relation(7, {{"way", 2, "outer"}}, kMultipolygon).node(8, 10.001, 50, tree);
   newer.way(5, {20, 21, 22, 23, 20}, field, 2).way(6, {30, 31, 32, 33, 30}, kBuilding, 2);
@@ -432,16 +432,16 @@ TEST_F(OsmReader, TheNewestVersionCountsAlsoWhereItDoesNotMatterAnyMore) {
   OsmReadOptions options;
   options.box = LonLatBox{9.9, 49.9, 10.1, 50.1};
   options.foliage = true;
-  const auto a = places.write(folder_ / "places.osm"), b = older.write(folder_ / "older.osm"),
+  const auto a = positions.write(folder_ / "places.osm"), b = older.write(folder_ / "older.osm"),
              c = newer.write(folder_ / "newer.osm");
   for (const auto& files : {std::vector{a, b, c}, std::vector{c, b, a}, std::vector{b, c, a}}) {
     EXPECT_THAT(ids(read_osm(files, options)), ElementsAre("way/1"));
     EXPECT_THAT(ids(read_osm(files)), ElementsAre("way/1", "way/6"));
   }
   EXPECT_THAT(ids(read_osm({a, b}, options)), ElementsAre("node/8", "way/1", "way/5", "way/6", "relation/7"));
-  const OsmText history = OsmText(places).append(older).append(newer);
+  const OsmText history = OsmText(positions).append(older).append(newer);
   EXPECT_THAT(ids(read(history, options)), ElementsAre("way/1"));
-  EXPECT_THAT(ids(read(OsmText(newer).append(older).append(places), options)), ElementsAre("way/1"));
+  EXPECT_THAT(ids(read(OsmText(newer).append(older).append(positions), options)), ElementsAre("way/1"));
   // The newest position of a node, in any order.
   const auto moved = OsmText().node(10, 9.999, 50, {}, 2).write(folder_ / "moved.osm");
   for (const auto& files : {std::vector{a, moved}, std::vector{moved, a}})
@@ -450,8 +450,8 @@ TEST_F(OsmReader, TheNewestVersionCountsAlsoWhereItDoesNotMatterAnyMore) {
 
 TEST_F(OsmReader, StreetsAreThoseOfTheNewestVersion) {
   const OsmText::Tags street{{"highway", "residential"}}, path{{"highway", "footway"}};
-  OsmText places = OsmText().node(1, 10, 50).node(2, 10.001, 50).node(3, 10.002, 50);
-  const auto a = OsmText(places).way(4, {1, 2}, street).way(5, {2, 3}, street).write(folder_ / "a.osm");
+  OsmText positions = OsmText().node(1, 10, 50).node(2, 10.001, 50).node(3, 10.002, 50);
+  const auto a = OsmText(positions).way(4, {1, 2}, street).way(5, {2, 3}, street).write(folder_ / "a.osm");
   const auto b = OsmText().way(4, {1, 2}, path, 2).way(5, {2, 3}, street).write(folder_ / "b.osm");
   EXPECT_EQ(read_streets({a}).pieces.size(), 2U);
   EXPECT_EQ(read_streets({a, b}).pieces.size(), 1U);

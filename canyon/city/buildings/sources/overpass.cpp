@@ -185,7 +185,7 @@ struct Found {
 };
 
 /// Query for "A, B, C": the place A within areas named B and C.
-std::string place_query(const std::vector<std::string_view>& pieces, int timeout_s) {
+std::string named_area_query(const std::vector<std::string_view>& pieces, int timeout_s) {
   std::string query = fmt::format("[out:json][timeout:{}];\n", timeout_s);
   std::string within;
   for (std::size_t i = 1; i < pieces.size(); ++i) {
@@ -201,7 +201,7 @@ std::string place_query(const std::vector<std::string_view>& pieces, int timeout
   return query + ");\nout tags bb;\n";
 }
 
-std::vector<Found> places_of(const std::string& body, const OverpassOptions& options, bool& point) {
+std::vector<Found> areas_of(const std::string& body, const OverpassOptions& options, bool& point) {
   const auto damaged = [&] {
     const std::string said = excerpt(body);
     return InputError(fmt::format("{} responded with something other than a list of places{}", options.url,
@@ -214,7 +214,7 @@ std::vector<Found> places_of(const std::string& body, const OverpassOptions& opt
     throw InputError(fmt::format("{} aborted: {}", options.url, excerpt(answer["remark"].text())),
                      "allow more time, or give a box");
   }
-  std::vector<Found> places;
+  std::vector<Found> points;
   for (const Json& element : answer["elements"]) {
     if (!element.is_object()) throw damaged();
     if (!element.contains("bounds")) {
@@ -238,9 +238,9 @@ std::vector<Found> places_of(const std::string& body, const OverpassOptions& opt
     };
     const std::string id = element["id"].is_integer() ? std::to_string(element["id"].get<long long>()) : "?";
     found.name = text("type") + "/" + id;
-    places.push_back(std::move(found));
+    points.push_back(std::move(found));
   }
-  return places;
+  return points;
 }
 
 }  // namespace
@@ -292,7 +292,7 @@ std::vector<std::filesystem::path> download_osm(
   return files;
 }
 
-LonLatBox find_place(const std::string& name, const OverpassOptions& options) {
+LonLatBox find_named_area(const std::string& name, const OverpassOptions& options) {
   options.validate();
   std::vector<std::string_view> pieces;
   for (const std::string_view piece : split(name, ',')) pieces.push_back(trim(piece));
@@ -306,14 +306,14 @@ LonLatBox find_place(const std::string& name, const OverpassOptions& options) {
   }
   const std::filesystem::path folder = downloads_folder(options.cache);
   make_output_folder(folder);
-  const std::uint64_t hash = fnv1a(options.url + '\n' + place_query(pieces, 0));
+  const std::uint64_t hash = fnv1a(options.url + '\n' + named_area_query(pieces, 0));
   const std::filesystem::path file = folder / fmt::format("place_{:016x}.json", hash);
   const bool kept = is_kept(file);
   const std::string body =
-      kept ? std::string(TextFile(file).text()) : ask(place_query(pieces, options.timeout_s), options);
+      kept ? std::string(TextFile(file).text()) : ask(named_area_query(pieces, options.timeout_s), options);
   bool point = false;
-  const std::vector<Found> places = places_of(body, options, point);
-  if (places.empty()) {
+  const std::vector<Found> points = areas_of(body, options, point);
+  if (points.empty()) {
     if (point) {
       throw InputError(fmt::format("the place '{}' is a point on the map, without bounds", name),
                        "give a box around it: west,south,east,north");
@@ -323,11 +323,11 @@ LonLatBox find_place(const std::string& name, const OverpassOptions& options) {
   }
   // A town and its boundary are several objects; the largest represents those inside it.
   const auto largest = std::max_element(
-      places.begin(), places.end(), [](const Found& a, const Found& b) { return a.extent() < b.extent(); });
-  for (const Found& place : places) {
-    if (largest->holds(place.box)) continue;
+      points.begin(), points.end(), [](const Found& a, const Found& b) { return a.extent() < b.extent(); });
+  for (const Found& position : points) {
+    if (largest->holds(position.box)) continue;
     throw InputError(fmt::format("'{}' names several places that are far apart, {} and {} among {}", name,
-                                 largest->name, place.name, places.size()),
+                                 largest->name, position.name, points.size()),
                      "add the region or country after a comma, or give a box");
   }
   if (!kept) write_own_file(file, body);

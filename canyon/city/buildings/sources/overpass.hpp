@@ -36,6 +36,6 @@ void visit(options::Visitor& v, OverpassOptions& o);
 /// `name:en`), requested from the same endpoint and kept in the same cache: bounds of the largest boundary or
 /// place of that name. Throws likewise, and if there is no such area, only a point without bounds, or several
 /// distant ones.
-[[nodiscard]] LonLatBox find_place(const std::string& name, const OverpassOptions& options);
+[[nodiscard]] LonLatBox find_named_area(const std::string& name, const OverpassOptions& options);
 
 }  // namespace canyon::buildings

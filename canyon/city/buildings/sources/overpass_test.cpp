@@ -300,16 +300,16 @@ TEST_F(Overpass, OptionsAreChecked) {
   EXPECT_THAT(files(), IsEmpty());
 }
 
-std::string place(const std::string& elements) {
+std::string area_query(const std::string& elements) {
   return reply("200 OK", "{\"version\": 0.6, \"elements\": [" + elements + "]}");
 }
 
 TEST_F(Overpass, FindsAPlaceByName) {
-  const StoredServer server({place(
+  const StoredServer server({area_query(
       R"({"type":"relation","id":1,"bounds":{"minlat":22.28,"minlon":114.16,"maxlat":22.31,"maxlon":114.19}},)"
       R"({"type":"way","id":2,"bounds":{"minlat":22.29,"minlon":114.17,"maxlat":22.30,"maxlon":114.18}},)"
       R"({"type":"node","id":3,"lat":22.29,"lon":114.17})")});
-  const LonLatBox box = find_place("Tsim \"Sha\" Tsui, Hong Kong", options(server));
+  const LonLatBox box = find_named_area("Tsim \"Sha\" Tsui, Hong Kong", options(server));
   EXPECT_EQ(box.west, 114.16);
   EXPECT_EQ(box.south, 22.28);
   EXPECT_EQ(box.east, 114.19);
@@ -318,16 +318,16 @@ TEST_F(Overpass, FindsAPlaceByName) {
   // area["name"="Hong Kong"], and quotes in a name stay within its string.
   EXPECT_THAT(server.requests()[0], AllOf(HasSubstr("area%5B%22name%22%3D%22Hong%20Kong%22%5D"),
                                           HasSubstr("%22Tsim%20%5C%22Sha%5C%22%20Tsui%22")));
-  EXPECT_EQ(find_place("Tsim \"Sha\" Tsui, Hong Kong", options(server)).west, 114.16);  // cached
+  EXPECT_EQ(find_named_area("Tsim \"Sha\" Tsui, Hong Kong", options(server)).west, 114.16);  // cached
   EXPECT_THAT(server.requests(), SizeIs(1));
 }
 
 TEST_F(Overpass, AsksOnBothSidesOfTheAntimeridian) {
   const StoredServer server(
-      {place(
+      {area_query(
            R"({"type":"relation","id":1,"bounds":{"minlat":1,"minlon":179.99,"maxlat":1.01,"maxlon":-179.99}})"),
        reply("200 OK", map_), reply("200 OK", map_)});
-  const LonLatBox box = find_place("Taveuni", options(server));
+  const LonLatBox box = find_named_area("Taveuni", options(server));
   EXPECT_THAT(download_osm(box, options(server)), SizeIs(2));
   EXPECT_THAT(server.requests()[1], HasSubstr("1.0000000%2C179.9900000%2C1.0100000%2C180.0000000"));
   EXPECT_THAT(server.requests()[2], HasSubstr("1.0000000%2C-180.0000000%2C1.0100000%2C-179.9900000"));
@@ -336,21 +336,23 @@ TEST_F(Overpass, AsksOnBothSidesOfTheAntimeridian) {
 TEST_F(Overpass, SaysWhyAPlaceHasNoBox) {
   const auto said = [&](const std::string& answer, const std::string& name = "Springfield") {
     const StoredServer server({answer});
-    return test::refusal([&] { (void)find_place(name, options(server)); });
+    return test::refusal([&] { (void)find_named_area(name, options(server)); });
   };
-  EXPECT_THAT(said(place("")), HasSubstr("no place named 'Springfield' was found"));
-  EXPECT_THAT(said(place(R"({"type":"node","id":3,"lat":1,"lon":2})")), HasSubstr("is a point on the map"));
-  EXPECT_THAT(
-      said(place(R"({"type":"relation","id":1,"bounds":{"minlat":1,"minlon":1,"maxlat":2,"maxlon":2}},)"
-                 R"({"type":"relation","id":2,"bounds":{"minlat":5,"minlon":1,"maxlat":6,"maxlon":2}})")),
-      AllOf(HasSubstr("names several places that are far apart, relation/"),
-            HasSubstr("add the region or country")));
-  EXPECT_THAT(said(place(R"({"type":"relation","id":1,"bounds":[1,2]})")), HasSubstr("not a list of places"));
+  EXPECT_THAT(said(area_query("")), HasSubstr("no place named 'Springfield' was found"));
+  EXPECT_THAT(said(area_query(R"({"type":"node","id":3,"lat":1,"lon":2})")),
+              HasSubstr("is a point on the map"));
+  EXPECT_THAT(said(area_query(
+                  R"({"type":"relation","id":1,"bounds":{"minlat":1,"minlon":1,"maxlat":2,"maxlon":2}},)"
+                  R"({"type":"relation","id":2,"bounds":{"minlat":5,"minlon":1,"maxlat":6,"maxlon":2}})")),
+              AllOf(HasSubstr("names several places that are far apart, relation/"),
+                    HasSubstr("add the region or country")));
+  EXPECT_THAT(said(area_query(R"({"type":"relation","id":1,"bounds":[1,2]})")),
+              HasSubstr("not a list of places"));
   EXPECT_THAT(said(reply("200 OK", "<html>Login</html>")), HasSubstr("other than a list of places: Login"));
   EXPECT_THAT(said(reply("200 OK", R"({"elements":[],"remark":"runtime error: out of memory"})")),
               HasSubstr("aborted: runtime error: out of memory"));
   for (const char* bad : {"", " , ", "a,,b", "a\nb"}) {
-    EXPECT_THAT(said(place(""), bad), HasSubstr("is not the name of a place")) << bad;
+    EXPECT_THAT(said(area_query(""), bad), HasSubstr("is not the name of a place")) << bad;
   }
   EXPECT_THAT(files(), IsEmpty());
 }

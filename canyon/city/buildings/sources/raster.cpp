@@ -340,18 +340,18 @@ ReadReport Raster::notes() const {
   return notes;
 }
 
-std::optional<double> Raster::geoid_undulation_m(const LonLat& place) const {
+std::optional<double> Raster::geoid_undulation_m(const LonLat& point) const {
   if (!impl_->geoid->above_sea_level()) return std::nullopt;
-  return impl_->geoid->undulation_m(place);
+  return impl_->geoid->undulation_m(point);
 }
 
-std::optional<double> Raster::height_m(const LonLat& place) const {
-  if (!std::isfinite(place.x()) || !std::isfinite(place.y())) return std::nullopt;
+std::optional<double> Raster::height_m(const LonLat& point) const {
+  if (!std::isfinite(point.x()) || !std::isfinite(point.y())) return std::nullopt;
   std::optional<double> height;
   {
     const std::lock_guard lock(impl_->mutex);
-    double x = longitude_near(place.x(), 0);
-    double y = place.y();
+    double x = longitude_near(point.x(), 0);
+    double y = point.y();
     if (impl_->map_from_wgs84) {
       const gdal::Quiet quiet;
       int ok = 0;
@@ -361,7 +361,7 @@ std::optional<double> Raster::height_m(const LonLat& place) const {
     if (impl_->degrees) x = longitude_near(x, 0.5 * (impl_->first_x + impl_->last_x));
     height = impl_->sample(x, y);
   }
-  if (height) *height += impl_->geoid->undulation_m(place);
+  if (height) *height += impl_->geoid->undulation_m(point);
   return height;
 }
 

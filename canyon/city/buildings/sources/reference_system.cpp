@@ -123,12 +123,12 @@ ReferenceSystem::ReferenceSystem(const std::filesystem::path& file, const std::s
   geoid_->say(notes_);
 }
 
-bool ReferenceSystem::in_area_of_use(const LonLat& place) const {
+bool ReferenceSystem::in_area_of_use(const LonLat& point) const {
   if (!area_of_use_) return true;
   const LonLatBox area = area_of_use_->unwrapped();
-  const double longitude = longitude_near(place.x(), area_of_use_->middle_longitude());
-  return longitude >= area.west - 1 && longitude <= area.east + 1 && place.y() >= area.south - 1 &&
-         place.y() <= area.north + 1;
+  const double longitude = longitude_near(point.x(), area_of_use_->middle_longitude());
+  return longitude >= area.west - 1 && longitude <= area.east + 1 && point.y() >= area.south - 1 &&
+         point.y() <= area.north + 1;
 }
 
 bool ReferenceSystem::finds(const Eigen::Vector2d& point) const {

@@ -38,7 +38,7 @@ class ReferenceSystem {
 
   /// Whether a position is in the system's area of use (from EPSG), or within a degree of it; true if the
   /// area is not known.
-  [[nodiscard]] bool in_area_of_use(const LonLat& place) const;
+  [[nodiscard]] bool in_area_of_use(const LonLat& location) const;
 
   [[nodiscard]] const Geoid& geoid() const { return *geoid_; }
   [[nodiscard]] bool geographic() const { return geographic_; }

@@ -21,8 +21,8 @@ constexpr double kMostPosts = 25e6;
 
 /// Height of a triangle's plane at a position inside it; empty outside.
 std::optional<double> height_in(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
-                                const LonLat& place) {
-  const LonLat ab = (b - a).head<2>(), ac = (c - a).head<2>(), ap = place - a.head<2>();
+                                const LonLat& point) {
+  const LonLat ab = (b - a).head<2>(), ac = (c - a).head<2>(), ap = point - a.head<2>();
   const double twice = ab.x() * ac.y() - ab.y() * ac.x();
   if (twice == 0) return std::nullopt;
   constexpr double kEdge = 1e-9;  // neighbours leave no gap
@@ -66,26 +66,26 @@ ReadReport Terrain::notes() const {
   return notes;
 }
 
-std::optional<double> Terrain::height_m(const LonLat& place) const {
-  if (impl_->relief) return impl_->relief->height_m(place);
+std::optional<double> Terrain::height_m(const LonLat& point) const {
+  if (impl_->relief) return impl_->relief->height_m(point);
   for (const Raster& raster : impl_->rasters)
-    if (const auto height = raster.height_m(place)) return height;
+    if (const auto height = raster.height_m(point)) return height;
   return std::nullopt;
 }
 
-std::optional<double> Terrain::geoid_undulation_m(const LonLat& place) const {
+std::optional<double> Terrain::geoid_undulation_m(const LonLat& point) const {
   for (const Raster& raster : impl_->rasters)
-    if (raster.height_m(place)) return raster.geoid_undulation_m(place);
+    if (raster.height_m(point)) return raster.geoid_undulation_m(point);
   return std::nullopt;
 }
 
 std::optional<double> Terrain::local_height_m(const geodesy::LocalFrame& frame,
-                                              const Eigen::Vector2d& place) const {
+                                              const Eigen::Vector2d& point) const {
   // Away from the origin the frame's vertical is tilted against the ellipsoid's normal (1.6 mrad at 10 km):
   // the map position depends on z. A fixed-point iteration, whose error falls by tilt * slope in each step.
   double z = 0;
   for (int step = 0; step < 50; ++step) {
-    const geodesy::Geodetic at = frame.geodetic_from_local({place.x(), place.y(), z});
+    const geodesy::Geodetic at = frame.geodetic_from_local({point.x(), point.y(), z});
     const auto height = height_m({geodesy::degrees(at.longitude_rad), geodesy::degrees(at.latitude_rad)});
     if (!height) return std::nullopt;
     const double change = *height - at.height_m;
@@ -111,8 +111,8 @@ void Terrain::append(city::Mesh& mesh, const geodesy::LocalFrame& frame, const E
   }
   std::size_t missing = 0, posts = 0;
   city::Mesh sheet;
-  append_sheet(sheet, min, max, spacing_m, [&](const Eigen::Vector2d& place) {
-    const auto z = local_height_m(frame, place);
+  append_sheet(sheet, min, max, spacing_m, [&](const Eigen::Vector2d& point) {
+    const auto z = local_height_m(frame, point);
     missing += z ? 0 : 1;
     ++posts;
     return z.value_or(0);
@@ -143,8 +143,8 @@ void append_sheet(city::Mesh& mesh, const Eigen::Vector2d& min, const Eigen::Vec
   triangles.reserve(std::size_t{columns} * rows * 2);
   for (std::uint32_t j = 0; j <= rows; ++j) {
     for (std::uint32_t i = 0; i <= columns; ++i) {
-      const Eigen::Vector2d place(min.x() + size.x() * i / columns, min.y() + size.y() * j / rows);
-      posts.emplace_back(place.x(), place.y(), z(place));
+      const Eigen::Vector2d point(min.x() + size.x() * i / columns, min.y() + size.y() * j / rows);
+      posts.emplace_back(point.x(), point.y(), z(point));
       if (i == columns || j == rows) continue;
       const std::uint32_t a = j * (columns + 1) + i;  // south-west
       const std::uint32_t b = a + 1, c = a + columns + 1, d = c + 1;
@@ -183,21 +183,21 @@ Tin::Tin(const std::vector<MapSurface>& surfaces) {
   }
 }
 
-std::array<std::size_t, 2> Tin::cell_of(const LonLat& place) const {
+std::array<std::size_t, 2> Tin::cell_of(const LonLat& point) const {
   std::array<std::size_t, 2> cell{};
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const auto k = static_cast<Eigen::Index>(axis);
     const double size = bounds_.sizes()[k];
-    const double share = size > 0 ? (place[k] - bounds_.min()[k]) / size : 0;
+    const double share = size > 0 ? (point[k] - bounds_.min()[k]) / size : 0;
     const auto count = static_cast<double>(cells_[axis]);
     cell[axis] = static_cast<std::size_t>(std::clamp(share * count, 0.0, count - 1));
   }
   return cell;
 }
 
-std::optional<double> Tin::height_m(const LonLat& place) const {
+std::optional<double> Tin::height_m(const LonLat& point) const {
   if (triangles_.empty()) return std::nullopt;
-  const LonLat near(longitude_near(place.x(), bounds_.center().x()), place.y());
+  const LonLat near(longitude_near(point.x(), bounds_.center().x()), point.y());
   if (!bounds_.contains(near)) return std::nullopt;
   const auto [x, y] = cell_of(near);
   std::optional<double> highest;
@@ -209,8 +209,8 @@ std::optional<double> Tin::height_m(const LonLat& place) const {
   return highest ? *highest : height_of_nearest_m(near);
 }
 
-double Tin::height_of_nearest_m(const LonLat& place) const {
-  const auto cell = cell_of(place);
+double Tin::height_of_nearest_m(const LonLat& point) const {
+  const auto cell = cell_of(point);
   double nearest = std::numeric_limits<double>::infinity(), height = 0;
   // Growing squares of cells around the position; one more after the first with corners.
   bool found = false;
@@ -222,7 +222,7 @@ double Tin::height_of_nearest_m(const LonLat& place) const {
       for (std::size_t x = low(0); x <= high(0); ++x) {
         for (const std::uint32_t t : triangles_of_cell_[y * cells_[0] + x]) {
           for (const std::uint32_t i : triangles_[t]) {
-            const double away = (vertices_[i].head<2>() - place).squaredNorm();
+            const double away = (vertices_[i].head<2>() - point).squaredNorm();
             if (away < nearest) {
               nearest = away;
               height = vertices_[i].z();

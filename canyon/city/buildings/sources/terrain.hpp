@@ -32,14 +32,14 @@ class Terrain {
 
   /// Bilinear between pixel centres, linear in triangles; empty outside the rasters and on no-data.
   /// Thread-safe. Throws InputError for a damaged raster.
-  [[nodiscard]] std::optional<double> height_m(const LonLat& place) const;
+  [[nodiscard]] std::optional<double> height_m(const LonLat& point) const;
   /// z [m] at which the vertical line of `frame` through (x, y) [m] intersects the ground, to 0.1 mm;
   /// includes Earth's curvature. Empty likewise.
   [[nodiscard]] std::optional<double> local_height_m(const geodesy::LocalFrame& frame,
-                                                     const Eigen::Vector2d& place) const;
+                                                     const Eigen::Vector2d& point) const;
   /// Ellipsoidal height of mean sea level [m], from the raster used at this position; empty if there is none,
   /// and if its heights are ellipsoidal or read as such.
-  [[nodiscard]] std::optional<double> geoid_undulation_m(const LonLat& place) const;
+  [[nodiscard]] std::optional<double> geoid_undulation_m(const LonLat& point) const;
   /// Which geoid was added and why, that heights are read as ellipsoidal, and implausible heights among those
   /// that were used.
   [[nodiscard]] ReadReport notes() const;
@@ -73,7 +73,7 @@ class Tin {
   [[nodiscard]] std::size_t size() const { return triangles_.size(); }
   /// The height of the highest triangle at a position; in a gap (under a building) that of the nearest
   /// corner. Empty outside the triangles' bounds.
-  [[nodiscard]] std::optional<double> height_m(const LonLat& place) const;
+  [[nodiscard]] std::optional<double> height_m(const LonLat& point) const;
   /// Appends the triangles that overlap [min, max] (east, north [m]) of `frame`, front sides up, as one
   /// object named "terrain".
   void append(city::Mesh& mesh, const geodesy::LocalFrame& frame, const Eigen::Vector2d& min,
@@ -81,8 +81,8 @@ class Tin {
 
  private:
   using Corners = std::array<std::uint32_t, 3>;
-  [[nodiscard]] std::array<std::size_t, 2> cell_of(const LonLat& place) const;
-  [[nodiscard]] double height_of_nearest_m(const LonLat& place) const;
+  [[nodiscard]] std::array<std::size_t, 2> cell_of(const LonLat& point) const;
+  [[nodiscard]] double height_of_nearest_m(const LonLat& point) const;
 
   std::vector<Eigen::Vector3d> vertices_;
   std::vector<Corners> triangles_;

@@ -179,11 +179,11 @@ TEST_F(TerrainTest, PlaneIsSampledExactly) {
   make_raster(folder_ / "plane.tif", {}, plane);
   const Terrain terrain({folder_ / "plane.tif"});
   // Bilinear interpolation reproduces a plane: closed form. 1e-9 m covers rounding of 0.001 deg pixels.
-  for (const LonLat& place : {LonLat(114.05, 22.45), LonLat(114.0123456, 22.3987654),
-                              LonLat(114.1995, 22.3505), LonLat(114.0005, 22.4995)}) {
-    const auto height = terrain.height_m(place);
-    ASSERT_TRUE(height) << place.transpose();
-    EXPECT_NEAR(*height, plane(place.x(), place.y()), 1e-9) << place.transpose();
+  for (const LonLat& position : {LonLat(114.05, 22.45), LonLat(114.0123456, 22.3987654),
+                                 LonLat(114.1995, 22.3505), LonLat(114.0005, 22.4995)}) {
+    const auto height = terrain.height_m(position);
+    ASSERT_TRUE(height) << position.transpose();
+    EXPECT_NEAR(*height, plane(position.x(), position.y()), 1e-9) << position.transpose();
   }
   // The outermost half pixel has its pixel's value.
   EXPECT_NEAR(terrain.height_m({114.0, 22.5}).value(), plane(114.0005, 22.4995), 1e-9);
@@ -539,11 +539,11 @@ TEST_F(TerrainTest, SlopesAreMetOnTheFramesVerticalLine) {
               [](double x, double y) { return 3600 + 100000 * (x - 114.1) + 50000 * (y - 22.42); });
   const Terrain terrain({folder_ / "steep.tif"});  // about 0.97 and 0.45 m per metre
   const geodesy::LocalFrame frame(Geodetic::from_degrees(22.42, 114.1, 0));
-  for (const Eigen::Vector2d& place :
+  for (const Eigen::Vector2d& position :
        {Eigen::Vector2d(0, 0), Eigen::Vector2d(4000, 3000), Eigen::Vector2d(-5000, 2500)}) {
-    const auto z = terrain.local_height_m(frame, place);
+    const auto z = terrain.local_height_m(frame, position);
     ASSERT_TRUE(z);
-    const Geodetic at = frame.geodetic_from_local({place.x(), place.y(), *z});
+    const Geodetic at = frame.geodetic_from_local({position.x(), position.y(), *z});
     EXPECT_NEAR(
         at.height_m,
         terrain.height_m({geodesy::degrees(at.longitude_rad), geodesy::degrees(at.latitude_rad)}).value(),
@@ -606,16 +606,16 @@ TEST_F(TerrainTest, ManyThreadsGetTheSameHeights) {
   made.pixel_x = made.pixel_y = 30;
   make_raster(folder_ / "utm.tif", made, [](double x, double y) { return std::sin(x) + std::cos(y); });
   const Terrain terrain({folder_ / "utm.tif"});
-  const auto place = [](int i) { return LonLat(114.10 + 1e-5 * (i % 977), 22.395 + 1e-5 * (i % 991)); };
+  const auto point = [](int i) { return LonLat(114.10 + 1e-5 * (i % 977), 22.395 + 1e-5 * (i % 991)); };
   std::vector<double> expected;
   expected.reserve(2000);
-  for (int i = 0; i < 2000; ++i) expected.push_back(terrain.height_m(place(i)).value_or(-1));
+  for (int i = 0; i < 2000; ++i) expected.push_back(terrain.height_m(point(i)).value_or(-1));
   std::vector<std::thread> threads;
   std::vector<int> wrong(4);
   for (std::size_t t = 0; t < wrong.size(); ++t) {
     threads.emplace_back([&, t] {
       for (int i = 0; i < 2000; ++i) {
-        wrong[t] += terrain.height_m(place(i)).value_or(-1) != expected[static_cast<std::size_t>(i)];
+        wrong[t] += terrain.height_m(point(i)).value_or(-1) != expected[static_cast<std::size_t>(i)];
       }
     });
   }

@@ -30,8 +30,10 @@ std::vector<MapSurface> sheet(int n, int gap = -1) {
 TEST(Tin, HeightsAreLinearInTriangles) {
   const Tin tin(sheet(7));
   EXPECT_EQ(tin.size(), 98U);
-  for (const LonLat& place : {LonLat(10.00051, 50.0032), LonLat(10.0069, 50.0001), LonLat(10.003, 50.003)}) {
-    EXPECT_NEAR(tin.height_m(place).value_or(0), 100 + 1e4 * (place.x() - 10) + 2e4 * (place.y() - 50), 1e-6);
+  for (const LonLat& position :
+       {LonLat(10.00051, 50.0032), LonLat(10.0069, 50.0001), LonLat(10.003, 50.003)}) {
+    EXPECT_NEAR(tin.height_m(position).value_or(0),
+                100 + 1e4 * (position.x() - 10) + 2e4 * (position.y() - 50), 1e-6);
   }
   EXPECT_FALSE(tin.height_m({9.999, 50.003}));
   EXPECT_NEAR(tin.height_m({10.003 + 360, 50.003}).value_or(0), 190, 1e-6);

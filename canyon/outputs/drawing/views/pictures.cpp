@@ -26,7 +26,7 @@ namespace {
 struct Snapshot {
   geodesy::GpsTime time;
   Eigen::Vector3d antenna_enu = Eigen::Vector3d::Zero();
-  raytrace::Placement placement = raytrace::Placement::Free;
+  raytrace::Containment containment = raytrace::Containment::Free;
   std::vector<std::string> faults;
   struct Satellite {
     gnss::SatelliteId id;
@@ -159,7 +159,7 @@ class Pictures final : public simulation::EpochSink {
     Snapshot snapshot;
     snapshot.time = observed.time;
     snapshot.antenna_enu = antenna;
-    snapshot.placement = epoch.placement;
+    snapshot.containment = epoch.containment;
     snapshot.faults = epoch.faults;
     for (const receiver::SatelliteObservation& s : observed.satellites)
       snapshot.satellites.push_back({s.id, {s.azimuth_rad, s.elevation_rad, s.visibility}, s.used});
@@ -234,9 +234,9 @@ class Pictures final : public simulation::EpochSink {
         fmt::format("{} {} UTC  \u00B7  {:.1f} m east, {:.1f} m north, {:.1f} m above the city's origin",
                     time.substr(0, 10), time.substr(11, 8), tenths(middle.antenna_enu.x()),
                     tenths(middle.antenna_enu.y()), tenths(middle.antenna_enu.z()));
-    if (middle.placement == raytrace::Placement::InsideBuilding)
+    if (middle.containment == raytrace::Containment::InsideBuilding)
       drawing.subtitle += "  \u00B7  inside a building";
-    if (middle.placement == raytrace::Placement::UnderTerrain)
+    if (middle.containment == raytrace::Containment::UnderTerrain)
       drawing.subtitle += "  \u00B7  under the terrain";
     drawing.subtitle += faults_text(middle.faults);
     drawing.elevation_mask_rad = options().fix.elevation_mask_rad;

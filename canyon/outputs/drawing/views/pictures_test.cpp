@@ -359,7 +359,7 @@ TEST(Pictures, NothingIsLeftOfARunThatWasNotFinished) {
   const simulation::Simulation town = small_town();
   {
     const auto pictures = make_pictures(town, folder.path(), 0);
-    pictures->write(test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3}));
+    pictures->write(test::sample_epoch(test::sample_time(), test::sample_point(), {1, 2, 3}));
   }
   EXPECT_TRUE(files_in(folder.path()).empty());
 }
@@ -376,7 +376,7 @@ TEST(Pictures, LongRun) {
   const test::TemporaryFolder folder;
   const simulation::Simulation town = small_town();
   const auto pictures = make_pictures(town, folder.path(), 0);
-  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_place(), {1, 2, 3});
+  simulation::Epoch epoch = test::sample_epoch(test::sample_time(), test::sample_point(), {1, 2, 3});
   for (int i = 0; i < 4500; ++i) {
     epoch.observed.time = test::sample_time() + i;
     epoch.receiver = static_cast<std::size_t>(i % 2);

@@ -131,18 +131,18 @@ void draw_reflection_mark(Canvas& canvas, const Point& at, Visibility visibility
 }
 
 void draw_trail(Canvas& canvas, const SkyLens& lens, const std::vector<SkyPoint>& trail, bool cased) {
-  const auto place = [&lens](const SkyPoint& p) { return lens.point(p.azimuth_rad, p.elevation_rad); };
+  const auto position = [&lens](const SkyPoint& p) { return lens.point(p.azimuth_rad, p.elevation_rad); };
   if (cased) {
     std::vector<Point> way;
-    for (const SkyPoint& p : trail) way.push_back(place(p));
+    for (const SkyPoint& p : trail) way.push_back(position(p));
     canvas.polyline(way, {kPaper.with_alpha(0.75), 4.6});
   }
   for (std::size_t begin = 0; begin + 1 < trail.size();) {
-    std::vector<Point> piece{place(trail[begin])};
+    std::vector<Point> piece{position(trail[begin])};
     std::size_t end = begin;
     do {
       ++end;
-      piece.push_back(place(trail[end]));
+      piece.push_back(position(trail[end]));
     } while (end + 1 < trail.size() && trail[end].visibility == trail[begin].visibility);
     const bool blocked = trail[begin].visibility == Visibility::Blocked;
     canvas.polyline(piece, {colour_of(trail[begin].visibility).with_alpha(0.8), blocked ? 1.4 : 2.6});

@@ -40,11 +40,11 @@ void draw_fisheye_notes(Canvas& canvas, const Point& at) {
 }
 
 /// Writes the reason for no reception across the disc.
-void draw_placement(Canvas& canvas, raytrace::Placement placement) {
-  if (placement == raytrace::Placement::Free) return;
+void draw_containment(Canvas& canvas, raytrace::Containment containment) {
+  if (containment == raytrace::Containment::Free) return;
   const std::string text = fmt::format(
       "antenna {}: no signal",
-      placement == raytrace::Placement::InsideBuilding ? "inside a building" : "under the terrain");
+      containment == raytrace::Containment::InsideBuilding ? "inside a building" : "under the terrain");
   const TextStyle style{
       .size = 15, .colour = kVermilion, .bold = true, .align = Align::Centre, .level = TextLevel::Middle};
   const double width = canvas.text_width(text, style) + 36;
@@ -182,7 +182,7 @@ void draw_sheet(Canvas& canvas, const SkyDrawing& drawing, const SkyLens& lens,
                  .halo = 2.2,
                  .halo_colour = kPaper.with_alpha(0.85)});
   }
-  draw_placement(canvas, drawing.placement);
+  draw_containment(canvas, drawing.containment);
   draw_legend(canvas, drawing, fisheye);
 }
 

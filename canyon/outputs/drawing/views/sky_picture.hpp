@@ -49,7 +49,7 @@ struct SkyDrawing {
   bool has_fix = true;  ///< if false, `used` has no meaning and is not in the legend
   std::string trail_meaning = "way over the run";  ///< for the legend
   /// Unless the antenna is free, a note on the picture gives the reason why nothing is received.
-  raytrace::Placement placement = raytrace::Placement::Free;
+  raytrace::Containment containment = raytrace::Containment::Free;
 };
 
 /// The sky over one point, seen as on a map: zenith in the middle, north up, east to the right, elevation

@@ -164,8 +164,8 @@ class Renderer {
 
   [[nodiscard]] city::Surface surface_of(const raytrace::Hit& hit) const {
     if (hit.instance == 0) return mesh_.objects[object_of_[hit.triangle]].surface;
-    for (const raytrace::PlacedInstance& placed : scene_.placed_instances())
-      if (placed.id == hit.instance) return placed.mesh->surface_of(hit.triangle);
+    for (const raytrace::PosedInstance& posed : scene_.posed_instances())
+      if (posed.id == hit.instance) return posed.mesh->surface_of(hit.triangle);
     return city::Surface::Vehicle;
   }
 

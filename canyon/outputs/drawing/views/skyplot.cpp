@@ -133,21 +133,21 @@ SkyDrawing make_sky_drawing(const simulation::Environment& environment,
     tracks = trails(listener, propagator, time, antenna_enu, options.trail_s, now);
   else
     now = listener.arrival(time, antenna_enu, propagator);
-  const geodesy::Geodetic place = environment.city().frame.geodetic_from_local(antenna_enu);
+  const geodesy::Geodetic position = environment.city().frame.geodetic_from_local(antenna_enu);
   SkyDrawing drawing;
   drawing.title = fmt::format("{}{} at {}", options.receiver, options.receiver.empty() ? "Sky" : ": sky",
                               time_text(time));
-  drawing.subtitle =
-      fmt::format("{}\u00B0, {}\u00B0, {} m  \u00B7  {} m east, {} m north, {} m up in {}",
-                  output::fixed(geodesy::degrees(place.latitude_rad), 6),
-                  output::fixed(geodesy::degrees(place.longitude_rad), 6), output::fixed(place.height_m, 1),
-                  output::fixed(antenna_enu.x(), 1), output::fixed(antenna_enu.y(), 1),
-                  output::fixed(antenna_enu.z(), 1), environment.city().name);
+  drawing.subtitle = fmt::format("{}\u00B0, {}\u00B0, {} m  \u00B7  {} m east, {} m north, {} m up in {}",
+                                 output::fixed(geodesy::degrees(position.latitude_rad), 6),
+                                 output::fixed(geodesy::degrees(position.longitude_rad), 6),
+                                 output::fixed(position.height_m, 1), output::fixed(antenna_enu.x(), 1),
+                                 output::fixed(antenna_enu.y(), 1), output::fixed(antenna_enu.z(), 1),
+                                 environment.city().name);
   drawing.projection = options.projection;
   drawing.elevation_mask_rad = options.elevation_mask_rad;
   drawing.has_fix = false;
-  drawing.placement = now.placement;
-  if (!environment.city().mesh.triangles.empty() || !environment.scene().placed_instances().empty())
+  drawing.containment = now.containment;
+  if (!environment.city().mesh.triangles.empty() || !environment.scene().posed_instances().empty())
     drawing.mask = make_sky_mask(environment.scene(), antenna_enu, kSectors);
   if (options.trail_s > 0) drawing.trail_meaning = trail_text(options.trail_s);
   for (const propagation::SatelliteView& view : now.views) {

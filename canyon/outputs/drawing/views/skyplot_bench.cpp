@@ -34,8 +34,8 @@ void skyplot(benchmark::State& state) {
   options.sheet.width_px = static_cast<int>(state.range(2));
   std::size_t i = 0;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(draw_skyplot(environment, propagator, time, bench.places[i], options));
-    i = (i + 37) % bench.places.size();
+    benchmark::DoNotOptimize(draw_skyplot(environment, propagator, time, bench.positions[i], options));
+    i = (i + 37) % bench.positions.size();
   }
 }
 BENCHMARK(skyplot)

@@ -263,7 +263,7 @@ TEST_F(SkyplotTest, SameBytesOnAnyNumberOfThreads) {
 TEST_F(SkyplotTest, InsideABuildingThePictureSaysSo) {
   const Vector3d inside(10.5, 0, 2);
   const SkyDrawing drawing = make_sky_drawing(*environment_, *propagator_, time_, inside, options_);
-  EXPECT_EQ(drawing.placement, raytrace::Placement::InsideBuilding);
+  EXPECT_EQ(drawing.containment, raytrace::Containment::InsideBuilding);
   for (const SkySatellite& s : drawing.satellites) EXPECT_EQ(s.now.visibility, Visibility::Blocked);
   for (const SkyStyle style : {SkyStyle::Chart, SkyStyle::Fisheye}) {
     options_.style = style;

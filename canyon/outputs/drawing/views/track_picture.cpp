@@ -153,7 +153,7 @@ class TrackMap {
     canvas.clipped(area_, [&] {
       if (drawing_.mesh != nullptr) highest = draw_buildings(canvas, area_, *drawing_.mesh, extent_);
       draw_truth(canvas);
-      draw_places_without_fix(canvas);
+      draw_points_without_fix(canvas);
       draw_fixes(canvas);
       draw_ends(canvas);
       draw_scale_bar(canvas, area_, extent_);
@@ -165,13 +165,13 @@ class TrackMap {
   }
 
  private:
-  [[nodiscard]] Point place(const Eigen::Vector2d& p) const { return map_point(area_, extent_, p); }
+  [[nodiscard]] Point map_pixel(const Eigen::Vector2d& p) const { return map_point(area_, extent_, p); }
   [[nodiscard]] Colour error_colour(double error_m) const { return viridis(scale_.at(error_m)); }
 
   void draw_truth(Canvas& canvas) {
     std::vector<Point> line;
     for (const TrackPoint& p : drawing_.points) {
-      const Point at = place(p.truth);
+      const Point at = map_pixel(p.truth);
       if (line.empty() || std::hypot(at.x - line.back().x, at.y - line.back().y) > 0.4) line.push_back(at);
     }
     canvas.polyline(line, {kPaper.with_alpha(0.9), 4.5});
@@ -179,8 +179,8 @@ class TrackMap {
   }
 
   void draw_ends(Canvas& canvas) {
-    const Point start = place(drawing_.points.front().truth);
-    const Point end = place(drawing_.points.back().truth);
+    const Point start = map_pixel(drawing_.points.front().truth);
+    const Point end = map_pixel(drawing_.points.back().truth);
     if (std::hypot(end.x - start.x, end.y - start.y) < 18) {  // a round trip, or standstill
       draw_end_label(canvas, area_, start, drawing_.points.size() > 1 ? "start and end" : "start");
       return;
@@ -189,11 +189,11 @@ class TrackMap {
     draw_end_label(canvas, area_, end, "end");
   }
 
-  void draw_places_without_fix(Canvas& canvas) {
+  void draw_points_without_fix(Canvas& canvas) {
     Point last{-1e9, -1e9};
     for (const TrackPoint& p : drawing_.points) {
       if (p.fix) continue;
-      const Point at = place(p.truth);
+      const Point at = map_pixel(p.truth);
       if (std::hypot(at.x - last.x, at.y - last.y) < 7) continue;
       draw_no_fix_mark(canvas, at);
       last = at;
@@ -209,7 +209,7 @@ class TrackMap {
                      [](const TrackPoint* a, const TrackPoint* b) { return a->error_m > b->error_m; });
     if (dots.size() > kManyDots) dots = thinned(dots);
     for (auto dot = dots.rbegin(); dot != dots.rend(); ++dot) {
-      const Point at = place(*(*dot)->fix);
+      const Point at = map_pixel(*(*dot)->fix);
       const Colour colour = error_colour((*dot)->error_m);
       if (area_.contains(at)) {
         canvas.circle(at, kDotRadius, colour, Stroke{kInk.with_alpha(0.75), 0.6});
@@ -224,7 +224,7 @@ class TrackMap {
     std::map<std::pair<long, long>, const TrackPoint*> cells;
     std::vector<const TrackPoint*> kept;
     for (const TrackPoint* dot : dots) {
-      const Point at = place(*dot->fix);
+      const Point at = map_pixel(*dot->fix);
       if (cells.emplace(std::make_pair(std::lround(at.x / 1.5), std::lround(at.y / 1.5)), dot).second)
         kept.push_back(dot);
     }

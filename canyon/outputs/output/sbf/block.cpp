@@ -220,7 +220,7 @@ std::string base_vector_geod(const DeviceEpoch& epoch) {
 
 std::string channel_status(const DeviceEpoch& epoch) {
   constexpr int kSatelliteBytes = 12, kStateBytes = 8;
-  const auto bits = [](int place, unsigned value) { return value << static_cast<unsigned>(2 * place); };
+  const auto bits = [](int position, unsigned value) { return value << static_cast<unsigned>(2 * position); };
   Payload list;
   std::size_t count = 0;
   for (const receiver::SatelliteObservation& s : epoch.seen.satellites) {
@@ -229,11 +229,11 @@ std::string channel_status(const DeviceEpoch& epoch) {
     ++count;
     unsigned tracking = 0, health = 0, use = 0;
     const auto add = [&](const receiver::SignalObservation& o, const gnss::Signal& signal, bool used) {
-      const auto place = status_place(signal);
-      if (!place) return;
-      tracking |= bits(*place, o.measurement ? 3 : 1);  // tracked, or searching
-      health |= o.measurement ? bits(*place, 1) : 0;
-      use |= used ? bits(*place, 2) : 0;
+      const auto position = status_bit_offset(signal);
+      if (!position) return;
+      tracking |= bits(*position, o.measurement ? 3 : 1);  // tracked, or searching
+      health |= o.measurement ? bits(*position, 1) : 0;
+      use |= used ? bits(*position, 2) : 0;
     };
     const bool used = s.used && epoch.seen.fix.measured();
     add(s, s.signal != nullptr ? *s.signal : gnss::signals_of(s.id.system).front(), used);
@@ -470,7 +470,7 @@ int frequency_number(gnss::SatelliteId id, const std::map<gnss::SatelliteId, int
   return channel == channels.end() ? 0 : channel->second + 8;
 }
 
-std::optional<int> status_place(const gnss::Signal& signal) {
+std::optional<int> status_bit_offset(const gnss::Signal& signal) {
   // The numbers of the signals with the same index.
   static constexpr std::initializer_list<int> kNumbers[]{
       {0, 6, 8, 24, 28},  // L1CA of GPS, QZSS, GLONASS and SBAS; B1I
@@ -479,9 +479,9 @@ std::optional<int> status_place(const gnss::Signal& signal) {
       {3, 11, 13},        // GPS L2C; GLONASS L2CA; B1C
       {4, 14, 20, 32},    // GPS L5; B2a; E5a; QZSS L1C
       {5, 21, 34}};       // GPS L1C; E5b; B2b
-  for (int place = 0; const auto& numbers : kNumbers) {
-    if (std::find(numbers.begin(), numbers.end(), signal.sbf) != numbers.end()) return place;
-    ++place;
+  for (int index = 0; const auto& numbers : kNumbers) {
+    if (std::find(numbers.begin(), numbers.end(), signal.sbf) != numbers.end()) return index;
+    ++index;
   }
   return std::nullopt;
 }

@@ -53,7 +53,7 @@ inline constexpr std::array kBlocks{
 
 /// Index of a signal's two bits in the status fields of ChannelStatus (4.2.15), 0 to 7; empty for signals
 /// without bits there.
-[[nodiscard]] std::optional<int> status_place(const gnss::Signal& signal);
+[[nodiscard]] std::optional<int> status_bit_offset(const gnss::Signal& signal);
 
 // Bodies of the blocks that the device sends, field by field as in the PolaRx5TR Reference Guide
 // (firmware 5.5.0, 4.2). Fields unknown to Canyon have their "Do-Not-Use" value.

@@ -58,12 +58,12 @@ TEST(SbfBlock, NumbersSatellites) {
 // Each signal of a satellite has its own bits.
 TEST(SbfBlock, PlacesSignalsOfAStatusField) {
   for (const System system : gnss::kAllSystems) {
-    std::map<int, std::string_view> places;
+    std::map<int, std::string_view> indices;
     for (const gnss::Signal& signal : gnss::signals_of(system)) {
       if (!signal.only_recorded.empty()) continue;
-      const auto place = status_place(signal);
-      ASSERT_TRUE(place) << signal.name;
-      EXPECT_TRUE(places.emplace(*place, signal.name).second) << signal.name;
+      const auto position = status_bit_offset(signal);
+      ASSERT_TRUE(position) << signal.name;
+      EXPECT_TRUE(indices.emplace(*position, signal.name).second) << signal.name;
     }
   }
 }

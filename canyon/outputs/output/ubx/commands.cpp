@@ -305,11 +305,11 @@ UbxCommands::Reply UbxCommands::restart(std::string_view payload) {
   running_ = mode != kStop;
   if (!running_) return Reply::Silent;
   if (mode != kGnssOnly && mode != kStart) settings_.current = settings_.saved;
-  constexpr std::uint64_t kEphemerides = 1, kAlmanacPlaceOrClock = 1 << 1 | 1 << 4 | 1 << 8;
+  constexpr std::uint64_t kEphemerides = 1, kAlmanacPositionOrClock = 1 << 1 | 1 << 4 | 1 << 8;
   const std::uint64_t forgotten = number_at(payload, 0, 2);
-  restart_ = (forgotten & kEphemerides) == 0           ? disturbance::RestartKind::Hot
-             : (forgotten & kAlmanacPlaceOrClock) == 0 ? disturbance::RestartKind::Warm
-                                                       : disturbance::RestartKind::Cold;
+  restart_ = (forgotten & kEphemerides) == 0              ? disturbance::RestartKind::Hot
+             : (forgotten & kAlmanacPositionOrClock) == 0 ? disturbance::RestartKind::Warm
+                                                          : disturbance::RestartKind::Cold;
   return Reply::Silent;
 }
 

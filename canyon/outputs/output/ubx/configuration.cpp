@@ -192,22 +192,22 @@ int Configuration::rate(MessageId id) const {
   return key ? static_cast<int>(values_.at(*key)) : 0;
 }
 
-std::optional<Eigen::Vector3d> Configuration::told_place_ecef() const {
+std::optional<Eigen::Vector3d> Configuration::configured_position_ecef() const {
   if (value(kBaseMode).value_or(0) != 2) return std::nullopt;
   // TMODE-POS_TYPE; TMODE-ECEF_X, -ECEF_X_HP, -LAT and -LAT_HP, each followed by the two others.
   const bool geodetic = value(0x20030002).value_or(0) == 1;
-  Eigen::Vector3d place;
+  Eigen::Vector3d point;
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
     const std::uint32_t key = (geodetic ? 0x40030009 : 0x40030003) + axis;
     const std::uint32_t fine_key = (geodetic ? 0x2003000c : 0x20030006) + axis;
     const double unit = geodetic && axis < 2 ? 1e-7 : 1e-2;
     const auto whole = static_cast<std::int32_t>(value(key).value_or(0));
     const auto fine = static_cast<std::int8_t>(value(fine_key).value_or(0));
-    place[axis] = unit * (whole + 0.01 * fine);
+    point[axis] = unit * (whole + 0.01 * fine);
   }
   return geodetic ? geodesy::ecef_from_geodetic(
-                        {geodesy::radians(place.x()), geodesy::radians(place.y()), place.z()})
-                  : place;
+                        {geodesy::radians(point.x()), geodesy::radians(point.y()), point.z()})
+                  : point;
 }
 
 std::string* Configuration::block(MessageId id) {

@@ -96,7 +96,7 @@ class Configuration {
   [[nodiscard]] int rate(MessageId id) const;
 
   /// The antenna position set by CFG-TMODE [m, ECEF]; empty if the mode is not "fixed".
-  [[nodiscard]] std::optional<Eigen::Vector3d> told_place_ecef() const;
+  [[nodiscard]] std::optional<Eigen::Vector3d> configured_position_ecef() const;
 
   /// Payload of a CFG message that is stored unchanged (CFG-NAV5, CFG-SBAS, ...); null for others.
   [[nodiscard]] std::string* block(MessageId id);

@@ -19,12 +19,12 @@
 
 namespace canyon::disturbance {
 
-Eigen::Vector3d PlaceOptions::enu(const geodesy::LocalFrame& frame) const {
+Eigen::Vector3d PositionOptions::enu(const geodesy::LocalFrame& frame) const {
   if (east_m) return {*east_m, *north_m, *up_m};
   return frame.local_from_geodetic(geodesy::Geodetic::from_degrees(*latitude_deg, *longitude_deg, *height_m));
 }
 
-void PlaceOptions::validate() const {
+void PositionOptions::validate() const {
   const int global = latitude_deg.has_value() + longitude_deg.has_value() + height_m.has_value();
   const int local = east_m.has_value() + north_m.has_value() + up_m.has_value();
   if ((global == 3 && local == 0) || (global == 0 && local == 3)) return;
@@ -32,7 +32,7 @@ void PlaceOptions::validate() const {
                    "give latitude_deg, longitude_deg and height_m, or east_m, north_m and up_m");
 }
 
-void visit(options::Visitor& v, PlaceOptions& o) {
+void visit(options::Visitor& v, PositionOptions& o) {
   if (v.wants(v.reads() || o.latitude_deg)) {
     v.number({"latitude_deg", "deg", "geodetic latitude (WGS 84)", "by east_m"}, o.latitude_deg, {-90, 90});
     v.number({"longitude_deg", "deg", "longitude, east positive", "by east_m"}, o.longitude_deg, {-180, 360});
@@ -52,14 +52,14 @@ void CourseOptions::validate() const {
   if (position.given() && !waypoints.empty())
     throw InputError("position and waypoints are both given", "give one of them");
   if (position.given()) position.validate();
-  for (const PlaceOptions& each : waypoints) each.validate();
+  for (const PositionOptions& each : waypoints) each.validate();
 }
 
 void visit(options::Visitor& v, CourseOptions& o) {
   v.one_of({"position", "waypoints"});
   if (v.wants(v.reads() || o.position.given())) v.part("position", o.position);
   if (!v.wants(v.reads() || !o.waypoints.empty())) return;
-  v.list("waypoints", o.waypoints, [&](PlaceOptions& each) {
+  v.list("waypoints", o.waypoints, [&](PositionOptions& each) {
     visit(v, each);
     v.validate(each);
   });
@@ -71,7 +71,7 @@ Course::Course(const CourseOptions& options, const geodesy::LocalFrame& frame, g
   options.validate();
   if (!options.given()) throw InputError("a position is missing", "give position or waypoints");
   if (options.position.given()) points_.push_back(options.position.enu(frame));
-  for (const PlaceOptions& each : options.waypoints) points_.push_back(each.enu(frame));
+  for (const PositionOptions& each : options.waypoints) points_.push_back(each.enu(frame));
 }
 
 Eigen::Vector3d Course::at(geodesy::GpsTime time) const {

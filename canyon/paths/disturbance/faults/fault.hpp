@@ -23,7 +23,7 @@
 namespace canyon::disturbance {
 
 /// A position, by latitude, longitude and ellipsoidal height, or by east, north and up of the city's origin.
-struct PlaceOptions {
+struct PositionOptions {
   std::optional<double> latitude_deg, longitude_deg, height_m;
   std::optional<double> east_m, north_m, up_m;
 
@@ -33,13 +33,13 @@ struct PlaceOptions {
   /// Throws InputError if neither or both forms are given, or one of them is incomplete.
   void validate() const;
 };
-void visit(options::Visitor& v, PlaceOptions& o);
+void visit(options::Visitor& v, PositionOptions& o);
 
 /// Position or route of an object, written like a trajectory: one position, or straight legs at one speed.
 struct CourseOptions {
-  PlaceOptions position;
-  std::vector<PlaceOptions> waypoints;  ///< instead of a position
-  double speed_mps = 10;                ///< between waypoints, (0, 1e4]
+  PositionOptions position;
+  std::vector<PositionOptions> waypoints;  ///< instead of a position
+  double speed_mps = 10;                   ///< between waypoints, (0, 1e4]
 
   [[nodiscard]] bool given() const { return position.given() || !waypoints.empty(); }
   void validate() const;

@@ -41,7 +41,7 @@ void visit(options::Visitor& v, OutageOptions& o) {
 }
 
 void visit(options::Visitor& v, EphemerisOptions& o) {
-  static constexpr std::string_view kPlaces[]{"message", "signal"};
+  static constexpr std::string_view kStages[]{"message", "signal"};
   constexpr options::Range kOrbit{-1e6, 1e6}, kRate{-1e3, 1e3};
   visit_satellites(v, o.satellites);
   v.number({"radial_m", "m", "position in the message minus the true one, outwards"}, o.radial_m, kOrbit);
@@ -57,7 +57,7 @@ void visit(options::Visitor& v, EphemerisOptions& o) {
   v.choice({"clock_in", "",
             "message (the clock is right, its message is wrong) or signal (the clock drifts, the message "
             "does not contain it)"},
-           o.clock_in, kPlaces);
+           o.clock_in, kStages);
 }
 
 void visit(options::Visitor& v, ScintillationOptions& o) {

@@ -131,12 +131,12 @@ bool Spoofing::sends(gnss::SatelliteId id) const {
 std::optional<Spoofing::Copy> Spoofing::copy(gnss::SatelliteId id, const Scene& scene, double dt_s) const {
   const geodesy::GpsTime time = scene.antenna.time + dt_s;
   const Vector3d antenna_ecef = scene.antenna.position_ecef + dt_s * scene.antenna.velocity_ecef;
-  Vector3d place = antenna_ecef;
+  Vector3d point = antenna_ecef;
   double late_m = kSpeedOfLight * options_.delay_s;
   if (!options_.aligned()) {
     const geodesy::LocalFrame& frame = context_.city->frame;
     const Vector3d sender = transmitter_.position(time);
-    place = frame.ecef_from_local(shown_ ? shown_->at(time) : sender);
+    point = frame.ecef_from_local(shown_ ? shown_->at(time) : sender);
     late_m += (frame.ecef_from_local(sender) - antenna_ecef).norm();
   }
   const auto seen = [&](const Vector3d& at, double metres) {
@@ -147,7 +147,7 @@ std::optional<Spoofing::Copy> Spoofing::copy(gnss::SatelliteId id, const Scene& 
   const double seconds = time - context_.begin;
   const double moved_m = pull.progress(seconds, way.norm()).way_m;
   const double later_m = std::copysign(pull.progress(seconds, std::abs(pull.clock_m)).way_m, pull.clock_m);
-  Vector3d drawn = place;
+  Vector3d drawn = point;
   if (moved_m > 0) drawn += scene.ecef_from_enu * (moved_m * way.normalized());
 
   const auto code = seen(drawn, late_m + later_m);
@@ -155,7 +155,7 @@ std::optional<Spoofing::Copy> Spoofing::copy(gnss::SatelliteId id, const Scene& 
   Copy result{code->range_m + late_m + later_m, 0, code->elevation_rad};
   result.carrier_m = result.range_m;
   if (options_.carrier == SpoofingOptions::Carrier::Held) {
-    const auto carrier = seen(place, late_m);
+    const auto carrier = seen(point, late_m);
     if (!carrier) return std::nullopt;
     result.carrier_m = carrier->range_m + late_m;
   }
@@ -163,7 +163,7 @@ std::optional<Spoofing::Copy> Spoofing::copy(gnss::SatelliteId id, const Scene& 
 }
 
 void Spoofing::apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) {
-  if (arrival.placement != raytrace::Placement::Free) return;
+  if (arrival.containment != raytrace::Containment::Free) return;
   constexpr double kHalfStep_s = 0.1;  // of rates
   const Scene scene{antenna, arrival.antenna_enu, arrival.ecef_from_enu};
   const orbit::Observer here(antenna.position_ecef);

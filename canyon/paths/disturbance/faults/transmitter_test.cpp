@@ -35,11 +35,11 @@ FaultContext scene(const std::vector<std::pair<Vector3d, Vector3d>>& boxes) {
   context.rays = std::make_shared<const raytrace::RayScene>(city.mesh);
   return context;
 }
-TransmitterOptions at(const Vector3d& place) {
+TransmitterOptions at(const Vector3d& point) {
   TransmitterOptions options;
-  options.course.position.east_m = place.x();
-  options.course.position.north_m = place.y();
-  options.course.position.up_m = place.z();
+  options.course.position.east_m = point.x();
+  options.course.position.north_m = point.y();
+  options.course.position.up_m = point.z();
   return options;
 }
 /// J of ITU-R P.526-15, 4.1, by its integral far behind the edge: sqrt(2) pi nu, within 0.1 dB above nu = 3.
@@ -80,10 +80,10 @@ TEST(Transmitter, HasABeam) {
 TEST(Transmitter, DrivesAlongItsCourse) {
   TransmitterOptions options;
   options.course.waypoints.resize(3);
-  const double places[3][2] = {{0, 0}, {100, 0}, {100, 50}};
+  const double points[3][2] = {{0, 0}, {100, 0}, {100, 50}};
   for (std::size_t i = 0; i < 3; ++i) {
-    options.course.waypoints[i].east_m = places[i][0];
-    options.course.waypoints[i].north_m = places[i][1];
+    options.course.waypoints[i].east_m = points[i][0];
+    options.course.waypoints[i].north_m = points[i][1];
     options.course.waypoints[i].up_m = 1;
   }
   options.course.speed_mps = 5;

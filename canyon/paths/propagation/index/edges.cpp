@@ -400,7 +400,7 @@ void EdgeSet::order_in_blocks() {
   std::sort(order.begin(), order.end());
   std::vector<Edge> ordered;
   ordered.reserve(edges_.size());
-  for (const auto& [place, i] : order) ordered.push_back(edges_[i]);
+  for (const auto& [position, i] : order) ordered.push_back(edges_[i]);
   edges_ = std::move(ordered);
   for (const Edge& edge : edges_)
     blocks_.append(edge.start.cwiseMin(stop(edge)), edge.start.cwiseMax(stop(edge)));

@@ -35,8 +35,8 @@ struct Edge {
   /// A free edge: 2 pi of air around a sheet, open or closed with zero thickness.
   [[nodiscard]] bool is_free() const { return normal[0].dot(normal[1]) < -1 + 1e-9; }
   /// Whether a point is more than `clearance_m` + twice the deviation above the plane of a face.
-  [[nodiscard]] bool is_seen_from(const Eigen::Vector3d& place, double clearance_m) const {
-    const Eigen::Vector3d from = place - start;
+  [[nodiscard]] bool is_seen_from(const Eigen::Vector3d& point, double clearance_m) const {
+    const Eigen::Vector3d from = point - start;
     return std::max(normal[0].dot(from), normal[1].dot(from)) > clearance_m + 2 * deviation_m;
   }
 };

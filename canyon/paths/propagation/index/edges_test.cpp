@@ -305,12 +305,12 @@ double golden_section(const F& f, double a, double b) {
 
 TEST(DiffractionPoint, IsWhereThePathIsShortest) {
   std::mt19937 random(5);
-  std::uniform_real_distribution<double> place(-100, 100), one(-1, 1);
+  std::uniform_real_distribution<double> coordinate(-100, 100), one(-1, 1);
   int found = 0, beyond = 0;
   for (int i = 0; i < 3000; ++i) {
-    const Vector3d start(place(random), place(random), place(random));
-    const Vector3d stop(place(random), place(random), place(random));
-    const Vector3d antenna(place(random), place(random), place(random));
+    const Vector3d start(coordinate(random), coordinate(random), coordinate(random));
+    const Vector3d stop(coordinate(random), coordinate(random), coordinate(random));
+    const Vector3d antenna(coordinate(random), coordinate(random), coordinate(random));
     const Vector3d s = Vector3d(one(random), one(random), one(random)).normalized();
     const Vector3d u = (stop - start).normalized();
     const Edge edge = free_edge(start, stop, u.unitOrthogonal());
@@ -407,12 +407,12 @@ TEST(NearEdges, MarkingNeverMissesAnEdge) {
   expect_consistent(set);
   ASSERT_GT(set.edges().size(), 500u);
   std::mt19937 random(11);
-  std::uniform_real_distribution<double> place(-200, 200), height(1, 60), one(-1, 1);
+  std::uniform_real_distribution<double> coordinate(-200, 200), height(1, 60), one(-1, 1);
   NearEdges near;
   std::vector<std::uint8_t> marks;
   std::size_t kept = 0, marked = 0, in_reach = 0;
   for (int i = 0; i < 40; ++i) {
-    const Vector3d antenna(place(random), place(random), height(random));
+    const Vector3d antenna(coordinate(random), coordinate(random), height(random));
     constexpr double kReach = 250, kClearance = 2e-3;
     set.gather(antenna, kReach, kClearance, near);
     in_reach += near.edge.size();

@@ -182,7 +182,7 @@ Vector3d FacadeLight::middle(std::uint32_t cell) const {
   return point + lift_m_ * normal;
 }
 
-std::size_t FacadeLight::place_of(const Cell& cell, const Direction& direction) const {
+std::size_t FacadeLight::position_of(const Cell& cell, const Direction& direction) const {
   const std::uint64_t line =
       (std::uint64_t{cell.number / (kRow * kLine)} << kDirectionBits | direction.number) * kGolden64;
   return ((line >> 32) * kLine + cell.number / kRow % kLine) & words_mask_;
@@ -191,7 +191,7 @@ std::size_t FacadeLight::place_of(const Cell& cell, const Direction& direction) 
 bool FacadeLight::sees(Cell& cell, const Direction& direction) const {
   const std::uint64_t key = std::uint64_t{cell.number / kRow} << kDirectionBits | direction.number;
   const std::uint64_t lit = std::uint64_t{1} << cell.number % kRow, known = lit << kKnownShift;
-  const std::atomic_ref<std::uint64_t> word(words_[place_of(cell, direction)]);
+  const std::atomic_ref<std::uint64_t> word(words_[position_of(cell, direction)]);
   const std::uint64_t row = word.load(std::memory_order_relaxed);
   if (row >> kKeyShift == key && (row & known) != 0) return (row & lit) != 0;
   if (!cell.has_middle) cell.middle = middle(cell.number);

@@ -48,14 +48,14 @@ class FacadeLight {
   [[nodiscard]] bool sees(Cell& cell, const Direction& direction) const;
   /// Prefetches the word that sees() will read: the table is larger than the processor's cache.
   void fetch(const Cell& cell, const Direction& direction) const {
-    __builtin_prefetch(&words_[place_of(cell, direction)]);
+    __builtin_prefetch(&words_[position_of(cell, direction)]);
   }
 
   /// Size of the table.
   [[nodiscard]] std::size_t table_bytes() const { return 8 * (words_mask_ + 1); }
 
  private:
-  [[nodiscard]] std::size_t place_of(const Cell& cell, const Direction& direction) const;
+  [[nodiscard]] std::size_t position_of(const Cell& cell, const Direction& direction) const;
 
   struct Free {
     void operator()(std::uint64_t* words) const { std::free(words); }

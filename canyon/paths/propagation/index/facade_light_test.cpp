@@ -96,9 +96,10 @@ TEST(FacadeLight, TheOtherSideOfAWallLooksTheOtherWay) {
 std::vector<bool> answers(const FacadeLight& light, const raytrace::RayScene& scene, unsigned seed) {
   std::vector<std::pair<FacadeLight::Cell, FacadeLight::Direction>> keys;
   std::mt19937_64 random(7);
-  std::uniform_real_distribution<double> azimuth(0, 360), elevation(5, 85), place(-150, 150), height(1, 20);
+  std::uniform_real_distribution<double> azimuth(0, 360), elevation(5, 85), coordinate(-150, 150),
+      height(1, 20);
   while (keys.size() < 4'000) {
-    const Vector3d from(place(random), place(random), height(random));
+    const Vector3d from(coordinate(random), coordinate(random), height(random));
     const Vector3d ray = towards(azimuth(random), 5);
     const auto hit = scene.cast({from, ray, 300});
     if (!hit) continue;

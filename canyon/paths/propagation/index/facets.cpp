@@ -84,12 +84,12 @@ constexpr float kNowhere = 1e30F;
 
 /// Normals in floats, and the antenna's height over each plane: 0 if it is not above `clearance` and twice
 /// the deviation.
-CANYON_CLONES void place_normals(const double* __restrict nx, const double* __restrict ny,
-                                 const double* __restrict nz, const double* __restrict offset,
-                                 const double* __restrict deviation, std::size_t count, double ax, double ay,
-                                 double az, double clearance, float* __restrict normal_x,
-                                 float* __restrict normal_y, float* __restrict normal_z,
-                                 float* __restrict height) {
+CANYON_CLONES void make_normals(const double* __restrict nx, const double* __restrict ny,
+                                const double* __restrict nz, const double* __restrict offset,
+                                const double* __restrict deviation, std::size_t count, double ax, double ay,
+                                double az, double clearance, float* __restrict normal_x,
+                                float* __restrict normal_y, float* __restrict normal_z,
+                                float* __restrict height) {
   for (std::size_t i = 0; i < count; ++i) {
     const double over = ((nx[i] * ax + ny[i] * ay) + nz[i] * az) - offset[i];
     const double least = clearance + 2 * deviation[i];
@@ -102,9 +102,9 @@ CANYON_CLONES void place_normals(const double* __restrict nx, const double* __re
 }
 
 /// Bounds along one axis relative to the antenna, widened; empty if the height is 0.
-CANYON_CLONES void place_bounds(const double* __restrict low, const double* __restrict high,
-                                const float* __restrict height, std::size_t count, double at,
-                                float* __restrict min, float* __restrict max) {
+CANYON_CLONES void make_bounds(const double* __restrict low, const double* __restrict high,
+                               const float* __restrict height, std::size_t count, double at,
+                               float* __restrict min, float* __restrict max) {
   for (std::size_t i = 0; i < count; ++i) {
     const double from = low[i] - at, to = high[i] - at;
     const double slack = 2e-3 + 1e-6 * (std::abs(from) + std::abs(to));
@@ -121,18 +121,18 @@ void FacingFacets::fill(const NearFacets& near, const Vector3d& antenna, double 
   const std::size_t count = facet.size(), padded = (count + kLanes - 1) / kLanes * kLanes;
   for (auto* v : {&normal_x, &normal_y, &normal_z, &height, &min_x, &min_y, &min_z, &max_x, &max_y, &max_z})
     v->resize(padded);
-  place_normals(near.normal_x.data(), near.normal_y.data(), near.normal_z.data(), near.offset.data(),
-                near.deviation.data(), count, antenna.x(), antenna.y(), antenna.z(), clearance_m,
-                normal_x.data(), normal_y.data(), normal_z.data(), height.data());
-  const auto place = [&](const std::vector<double>& low, const std::vector<double>& high, double at,
-                         std::vector<float>& min, std::vector<float>& max) {
-    place_bounds(low.data(), high.data(), height.data(), count, at, min.data(), max.data());
+  make_normals(near.normal_x.data(), near.normal_y.data(), near.normal_z.data(), near.offset.data(),
+               near.deviation.data(), count, antenna.x(), antenna.y(), antenna.z(), clearance_m,
+               normal_x.data(), normal_y.data(), normal_z.data(), height.data());
+  const auto position = [&](const std::vector<double>& low, const std::vector<double>& high, double at,
+                            std::vector<float>& min, std::vector<float>& max) {
+    make_bounds(low.data(), high.data(), height.data(), count, at, min.data(), max.data());
     std::fill(min.begin() + static_cast<std::ptrdiff_t>(count), min.end(), kNowhere);
     std::fill(max.begin() + static_cast<std::ptrdiff_t>(count), max.end(), -kNowhere);
   };
-  place(near.min_x, near.max_x, antenna.x(), min_x, max_x);
-  place(near.min_y, near.max_y, antenna.y(), min_y, max_y);
-  place(near.min_z, near.max_z, antenna.z(), min_z, max_z);
+  position(near.min_x, near.max_x, antenna.x(), min_x, max_x);
+  position(near.min_y, near.max_y, antenna.y(), min_y, max_y);
+  position(near.min_z, near.max_z, antenna.z(), min_z, max_z);
   for (auto* v : {&normal_x, &normal_y, &normal_z, &height})
     std::fill(v->begin() + static_cast<std::ptrdiff_t>(count), v->end(), 0.0F);
 }

@@ -122,13 +122,13 @@ TEST(FacetSet, TheFastTestNeverMissesAFacet) {
   const city::City city = city::synthetic_city({});
   const FacetSet set(city.mesh, true);
   std::mt19937_64 random(6);
-  std::uniform_real_distribution<double> place(-300, 300), height(-5, 200), unit(-1, 1);
+  std::uniform_real_distribution<double> coordinate(-300, 300), height(-5, 200), unit(-1, 1);
   NearFacets near;
   FacingFacets facing;
   std::vector<std::uint8_t> marks;
   std::size_t offered = 0, needed = 0;
   for (int i = 0; i < 200; ++i) {
-    const Vector3d antenna(place(random), place(random), height(random));
+    const Vector3d antenna(coordinate(random), coordinate(random), height(random));
     const double reach = 20 + 280 * std::abs(unit(random));
     // Relative to the antenna, or to a nearby point.
     const double away = i % 2 == 0 ? 0 : 8;

@@ -100,9 +100,9 @@ TEST(Occluders, NeverHideWhatARayMeets) {
   const raytrace::RayScene scene(mesh);
   const FacetSet set(mesh, false);
   std::size_t hidden = 0, facing = 0, met = 0;
-  for (int place = 0; place < 50; ++place) {
+  for (int index = 0; index < 50; ++index) {
     const Vector3d antenna(at(random), at(random), 2);
-    if (scene.placement(antenna) != raytrace::Placement::Free) continue;
+    if (scene.containment(antenna) != raytrace::Containment::Free) continue;
     const View v = view(set, antenna, 32);
     facing += v.facing.facet.size();
     hidden += static_cast<std::size_t>(std::count(

@@ -18,15 +18,15 @@ class PerInstance {
  public:
   /// `make(mesh)` returns a std::unique_ptr<const Prepared>; called once for each instance.
   template <typename Make>
-  const Prepared& of(const raytrace::PlacedInstance& placed, const Make& make) const {
+  const Prepared& of(const raytrace::PosedInstance& posed, const Make& make) const {
     {
       const std::shared_lock lock(mutex_);
-      const auto found = prepared_.find(placed.id);
+      const auto found = prepared_.find(posed.id);
       if (found != prepared_.end()) return *found->second;
     }
     const std::unique_lock lock(mutex_);
-    auto& entry = prepared_[placed.id];
-    if (!entry) entry = make(*placed.mesh);
+    auto& entry = prepared_[posed.id];
+    if (!entry) entry = make(*posed.mesh);
     return *entry;
   }
 

@@ -62,28 +62,28 @@ class Stay {
 /// any thread. Results must not depend on the cache. Thread-safe. Memory: a `Kept` for each antenna of the
 /// last kMost requests that was near its last position twice in succession; nodes of a heat map have none.
 template <typename Kept>
-class Places {
+class AntennaCache {
  public:
   static constexpr std::uint64_t kMost = 1024;
 
   /// Exclusive access to the entry of one antenna.
   class Lease {
    public:
-    Lease(const Places* places, std::size_t entry, Kept* kept)
-        : places_(places), entry_(entry), kept_(kept) {}
+    Lease(const AntennaCache* cache, std::size_t entry, Kept* kept)
+        : cache_(cache), entry_(entry), kept_(kept) {}
     Lease(Lease&& other) noexcept
-        : places_(std::exchange(other.places_, nullptr)), entry_(other.entry_), kept_(other.kept_) {}
+        : cache_(std::exchange(other.cache_, nullptr)), entry_(other.entry_), kept_(other.kept_) {}
     Lease& operator=(Lease&&) = delete;
     ~Lease() {
-      if (places_ == nullptr) return;
-      const std::scoped_lock lock(places_->mutex_);
-      places_->entries_[entry_].taken = false;
+      if (cache_ == nullptr) return;
+      const std::scoped_lock lock(cache_->mutex_);
+      cache_->entries_[entry_].taken = false;
     }
     /// Null: no recent antenna was near this one.
     [[nodiscard]] Kept* get() const { return kept_; }
 
    private:
-    const Places* places_;
+    const AntennaCache* cache_;
     std::size_t entry_;
     Kept* kept_;
   };

@@ -18,56 +18,56 @@ struct Counted {
   ~Counted() { --alive; }
 };
 
-TEST(Places, AntennasInTurnsHaveTheirOwn) {
-  const Places<Kept> places;
-  for (int i = 0; i < 100; ++i) EXPECT_EQ(places.about({20.0 * i, 0, 2}).get(), nullptr);
-  for (int i = 0; i < 100; ++i) EXPECT_EQ(places.about({20.0 * i, 2, 2}).get(), nullptr);
+TEST(AntennaCache, AntennasInTurnsHaveTheirOwn) {
+  const AntennaCache<Kept> cache;
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(cache.about({20.0 * i, 0, 2}).get(), nullptr);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(cache.about({20.0 * i, 2, 2}).get(), nullptr);
   for (int i = 0; i < 100; ++i) {
-    const auto lease = places.about({20.0 * i, 3, 2});
+    const auto lease = cache.about({20.0 * i, 3, 2});
     ASSERT_NE(lease.get(), nullptr);
     lease.get()->number = i;
   }
-  for (int i = 99; i >= 0; --i) EXPECT_EQ(places.about({20.0 * i, 6, 2.3}).get()->number, i);
+  for (int i = 99; i >= 0; --i) EXPECT_EQ(cache.about({20.0 * i, 6, 2.3}).get()->number, i);
 }
 
-TEST(Places, WhatIsTakenIsNotGivenAgain) {
-  const Places<Kept> places;
-  for (int i = 0; i < 2; ++i) (void)places.about({0, 0, 0});
-  const auto first = places.about({1, 0, 0});
+TEST(AntennaCache, WhatIsTakenIsNotGivenAgain) {
+  const AntennaCache<Kept> cache;
+  for (int i = 0; i < 2; ++i) (void)cache.about({0, 0, 0});
+  const auto first = cache.about({1, 0, 0});
   ASSERT_NE(first.get(), nullptr);
-  for (int i = 0; i < 2; ++i) EXPECT_EQ(places.about({1, 0, 0}).get(), nullptr);
-  const auto second = places.about({1, 0, 0});
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(cache.about({1, 0, 0}).get(), nullptr);
+  const auto second = cache.about({1, 0, 0});
   ASSERT_NE(second.get(), nullptr);
   EXPECT_NE(second.get(), first.get());
 }
 
-TEST(Places, AntennasThatAreFarHaveNothing) {
-  const Places<Kept> places;
-  (void)places.about({0, 0, 0});
-  EXPECT_EQ(places.about({5.1, 0, 0}).get(), nullptr);
-  EXPECT_EQ(places.about({0, 0, 0.6}).get(), nullptr);
+TEST(AntennaCache, AntennasThatAreFarHaveNothing) {
+  const AntennaCache<Kept> cache;
+  (void)cache.about({0, 0, 0});
+  EXPECT_EQ(cache.about({5.1, 0, 0}).get(), nullptr);
+  EXPECT_EQ(cache.about({0, 0, 0.6}).get(), nullptr);
 }
 
 /// A map requests many points in sequence: cached data must not stay with entries that are passed on.
-TEST(Places, WhatIsKeptGoesWithItsPlace) {
-  const Places<Counted> places;
-  const int most = static_cast<int>(Places<Counted>::kMost);
+TEST(AntennaCache, WhatIsKeptGoesWithItsPlace) {
+  const AntennaCache<Counted> cache;
+  const int most = static_cast<int>(AntennaCache<Counted>::kMost);
   for (int i = 0; i < most; ++i) {
-    for (int k = 0; k < 3; ++k) (void)places.about({20.0 * i, 0, 2});
+    for (int k = 0; k < 3; ++k) (void)cache.about({20.0 * i, 0, 2});
   }
   EXPECT_GT(Counted::alive, most / 4);
   for (int i = 0; i < 2 * most; ++i) {
-    for (int k = 0; k < i % 3; ++k) (void)places.about({20.0 * i, 100, 2});
+    for (int k = 0; k < i % 3; ++k) (void)cache.about({20.0 * i, 100, 2});
   }
   EXPECT_EQ(Counted::alive, 0);
 }
 
-TEST(Places, OldPlacesAreForgotten) {
-  const Places<Kept> places;
-  (void)places.about({-20, 0, 0});
-  for (std::uint64_t i = 0; i <= Places<Kept>::kMost; ++i)
-    (void)places.about({20.0 * static_cast<double>(i), 0, 0});
-  EXPECT_EQ(places.about({-20, 0, 0}).get(), nullptr);
+TEST(AntennaCache, OldPlacesAreForgotten) {
+  const AntennaCache<Kept> cache;
+  (void)cache.about({-20, 0, 0});
+  for (std::uint64_t i = 0; i <= AntennaCache<Kept>::kMost; ++i)
+    (void)cache.about({20.0 * static_cast<double>(i), 0, 0});
+  EXPECT_EQ(cache.about({-20, 0, 0}).get(), nullptr);
 }
 
 }  // namespace

@@ -12,12 +12,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-const geodesy::Geodetic kPlace = geodesy::Geodetic::from_degrees(-33.9, 151.2, 60);
+const geodesy::Geodetic kPosition = geodesy::Geodetic::from_degrees(-33.9, 151.2, 60);
 
 InertialEstimate moving() {
   InertialEstimate estimate;
-  const Eigen::Matrix3d ecef_from_enu = geodesy::enu_from_ecef_rotation(kPlace).transpose();
-  estimate.state.position_m = geodesy::ecef_from_geodetic(kPlace);
+  const Eigen::Matrix3d ecef_from_enu = geodesy::enu_from_ecef_rotation(kPosition).transpose();
+  estimate.state.position_m = geodesy::ecef_from_geodetic(kPosition);
   estimate.state.velocity_mps = ecef_from_enu * Vector3d(8, -6, 0.5);
   estimate.state.ecef_from_body = Eigen::Quaterniond(
       Eigen::Matrix3d(ecef_from_enu * Eigen::AngleAxisd(-0.64, Vector3d::UnitZ()).toRotationMatrix()));

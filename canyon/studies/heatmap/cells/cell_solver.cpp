@@ -168,9 +168,9 @@ bool SteadyCells::solve(const TileCells& cells, geodesy::GpsTime time, std::span
   std::optional<MovingFixes> moving;
   if (receiver_.movement) moving.emplace(cells, static_cast<std::size_t>(sky.lanes()), *receiver_.movement);
 
-  const auto stand = [&](SteadyCell& solver, const Vector3d& place) {
+  const auto stand = [&](SteadyCell& solver, const Vector3d& point) {
     if (sky.skylines().empty()) return;
-    solver.stand_at(place, environment_.scene());
+    solver.stand_at(point, environment_.scene());
   };
 
   Blocks blocks(cells, receiver_.how.path_nodes_m);
@@ -180,25 +180,25 @@ bool SteadyCells::solve(const TileCells& cells, geodesy::GpsTime time, std::span
     SteadyCell tracer = task();
     for (std::size_t block = row * blocks.across; block < (row + 1) * blocks.across; ++block) {
       const std::size_t at = blocks.middle(cells, block);
-      if (at != none) blocks.nodes[block] = tracer.trace(cells.place(at));
+      if (at != none) blocks.nodes[block] = tracer.trace(cells.centre(at));
     }
   };
   const auto solve_row = [&](std::size_t row) {
     SteadyCell solver = task();
     std::vector<KnownEdge> known;
     for (std::size_t block = row * blocks.across; block < (row + 1) * blocks.across; ++block) {
-      if (const std::size_t at = blocks.middle(cells, block); at != none) stand(solver, cells.place(at));
+      if (const std::size_t at = blocks.middle(cells, block); at != none) stand(solver, cells.centre(at));
       for (int quadrant = 0; quadrant < 4; ++quadrant) {
         bool gathered = false;
         blocks.for_each(block, quadrant, [&](std::size_t i) {
           CellValues values;
           if (cells.state[i] == CellState::Computed) {
             if (only_nodes) {
-              solver.solve(cells.place(i), statistics, values);
+              solver.solve(cells.centre(i), statistics, values);
             } else {
               if (!gathered) blocks.gather(block, quadrant, known);
               gathered = true;
-              solver.solve(cells.place(i), known, blocks.nodes[block], statistics, values);
+              solver.solve(cells.centre(i), known, blocks.nodes[block], statistics, values);
             }
             if (moving) moving->set(i, solver.fixes());
           }
@@ -275,13 +275,13 @@ class RunCells final : public CellSolver {
          const DrawOptions& of_map)
         : propagator(environment.make_propagator(config.propagation)),
           draws(environment, propagator, config, of_map),
-          place(config.fixed->place) {}
+          position(config.fixed->position) {}
     Base(const Base&) = delete;
     Base& operator=(const Base&) = delete;
 
     propagation::Propagator propagator;
     ReceiverDraws draws;
-    geodesy::Geodetic place;
+    geodesy::Geodetic position;
   };
   bool look(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
             std::span<const std::span<float>> layers) const;
@@ -292,7 +292,7 @@ class RunCells final : public CellSolver {
   /// [second][draw]; null if the base measured nothing.
   [[nodiscard]] std::vector<std::vector<Corrections>> corrections(
       geodesy::GpsTime time, std::span<const errors::SpaceErrors> space) const;
-  void fix_by_rtk(geodesy::GpsTime time, const Vector3d& place, std::span<const errors::SpaceErrors> space,
+  void fix_by_rtk(geodesy::GpsTime time, const Vector3d& point, std::span<const errors::SpaceErrors> space,
                   std::span<const std::vector<Corrections>> sent, CellValues& values) const;
 
   CellReceiver receiver_;
@@ -387,9 +387,9 @@ bool RunCells::look(const TileCells& cells, geodesy::GpsTime time, std::span<con
       statistics || (receivers_.options().signal.enabled &&
                      std::find(wanted.begin(), wanted.end(), Layer::Availability) != wanted.end());
   const auto space = receivers_.space(time, draws ? receivers_.count() : 0);
-  return solve_rows<of_solver>(cells, wanted, layers, {}, [&](const Vector3d& place, CellValues& values) {
+  return solve_rows<of_solver>(cells, wanted, layers, {}, [&](const Vector3d& point, CellValues& values) {
     const ReceiverDraws::Scene scene =
-        receivers_.look(time, place, receivers_.environment().city().frame.ecef_from_local(place));
+        receivers_.look(time, point, receivers_.environment().city().frame.ecef_from_local(point));
     solve_without_noise(scene, values);
     if (draws) draw(scene, space, statistics, values);
   });
@@ -397,27 +397,28 @@ bool RunCells::look(const TileCells& cells, geodesy::GpsTime time, std::span<con
 
 std::vector<std::vector<RunCells::Corrections>> RunCells::corrections(
     geodesy::GpsTime time, std::span<const errors::SpaceErrors> space) const {
-  const Vector3d place_ecef = geodesy::ecef_from_geodetic(base_->place);
-  const Vector3d place = base_->draws.environment().city().frame.local_from_geodetic(base_->place);
-  const auto stations = base_->draws.receivers_at(time, place);
+  const Vector3d antenna_position_ecef = geodesy::ecef_from_geodetic(base_->position);
+  const Vector3d point = base_->draws.environment().city().frame.local_from_geodetic(base_->position);
+  const auto stations = base_->draws.receivers_at(time, point);
   std::vector<std::vector<Corrections>> sent(static_cast<std::size_t>(receiver_.limits.rtk_s) + 1);
   for (std::size_t second = 0; second < sent.size(); ++second) {
     const ReceiverDraws::Scene scene =
-        base_->draws.look(time + static_cast<double>(second), place, place_ecef);
+        base_->draws.look(time + static_cast<double>(second), point, antenna_position_ecef);
     for (std::size_t d = 0; d < stations.size(); ++d) {
-      sent[second].push_back(
-          receiver::corrections_of(base_->draws.observe(*stations[d], scene, space, d), place_ecef));
+      sent[second].push_back(receiver::corrections_of(base_->draws.observe(*stations[d], scene, space, d),
+                                                      antenna_position_ecef));
     }
   }
   return sent;
 }
 
-void RunCells::fix_by_rtk(geodesy::GpsTime time, const Vector3d& place,
+void RunCells::fix_by_rtk(geodesy::GpsTime time, const Vector3d& point,
                           std::span<const errors::SpaceErrors> space,
                           std::span<const std::vector<Corrections>> sent, CellValues& values) const {
-  const Vector3d place_ecef = receivers_.environment().city().frame.ecef_from_local(place);
-  const Eigen::Matrix3d enu = geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(place_ecef));
-  const auto rovers = receivers_.receivers_at(time, place);
+  const Vector3d antenna_position_ecef = receivers_.environment().city().frame.ecef_from_local(point);
+  const Eigen::Matrix3d enu =
+      geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(antenna_position_ecef));
+  const auto rovers = receivers_.receivers_at(time, point);
   std::vector<relative::CorrectionLink> links;
   for (std::size_t d = 0; d < rovers.size(); ++d) {
     links.emplace_back(receivers_.options().corrections, receivers_.seed(time, static_cast<int>(d)),
@@ -426,14 +427,14 @@ void RunCells::fix_by_rtk(geodesy::GpsTime time, const Vector3d& place,
   std::vector<double> first_s(rovers.size(), std::numeric_limits<double>::infinity()), fixed_m;
   for (std::size_t second = 0; second < sent.size(); ++second) {
     const geodesy::GpsTime now = time + static_cast<double>(second);
-    const ReceiverDraws::Scene scene = receivers_.look(now, place, place_ecef);
+    const ReceiverDraws::Scene scene = receivers_.look(now, point, antenna_position_ecef);
     for (std::size_t d = 0; d < rovers.size(); ++d) {
-      if (sent[second][d]) links[d].send(now, sent[second][d], place_ecef);
+      if (sent[second][d]) links[d].send(now, sent[second][d], antenna_position_ecef);
       const Corrections came = links[d].take(now);
       const positioning::Fix fix = receivers_.observe(*rovers[d], scene, space, d, came.get()).fix;
       if (fix.kind() != positioning::FixKind::Fixed) continue;
       first_s[d] = std::min(first_s[d], static_cast<double>(second));
-      fixed_m.push_back((enu * (fix.position_ecef - place_ecef)).head<2>().norm());
+      fixed_m.push_back((enu * (fix.position_ecef - antenna_position_ecef)).head<2>().norm());
     }
   }
   values.set(Layer::RtkFixedShare,
@@ -450,8 +451,8 @@ bool RunCells::solve(const TileCells& cells, geodesy::GpsTime time, std::span<co
   if (!base_) return look(cells, time, wanted, layers);
   const auto space = receivers_.space(time, receivers_.count());
   const std::vector<std::vector<Corrections>> sent = corrections(time, space);
-  return solve_rows<of_rtk>(cells, wanted, layers, stop, [&](const Vector3d& place, CellValues& values) {
-    fix_by_rtk(time, place, space, sent, values);
+  return solve_rows<of_rtk>(cells, wanted, layers, stop, [&](const Vector3d& point, CellValues& values) {
+    fix_by_rtk(time, point, space, sent, values);
   });
 }
 

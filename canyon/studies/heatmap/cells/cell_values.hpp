@@ -119,7 +119,7 @@ bool solve_rows(const TileCells& cells, std::span<const Layer> wanted,
     if (stop && stop()) return;
     for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i) {
       CellValues values;
-      if (cells.state[i] == CellState::Computed) solve_cell(cells.place(i), values);
+      if (cells.state[i] == CellState::Computed) solve_cell(cells.centre(i), values);
       values.store<Mine>(wanted, layers, i);
     }
   });

@@ -37,21 +37,21 @@ ReceiverDraws::ReceiverDraws(const simulation::Environment& environment,
   options_.signal.lock.warm_start = true;
 }
 
-std::vector<disturbance::DisturbanceSource> ReceiverDraws::disturbances_at(const Vector3d& place) const {
+std::vector<disturbance::DisturbanceSource> ReceiverDraws::disturbances_at(const Vector3d& point) const {
   std::vector<disturbance::DisturbanceSource> disturbances = disturbances_;
   if (streets_) {
     disturbance::StreetsOptions streets = *streets_;
     streets.above_point_m = 0;
-    if (const auto terrain = environment_->scene().terrain_height(place.x(), place.y()))
-      streets.street.antenna_height_m = std::clamp(place.z() - *terrain, 0.0, 1000.0);
+    if (const auto terrain = environment_->scene().terrain_height(point.x(), point.y()))
+      streets.street.antenna_height_m = std::clamp(point.z() - *terrain, 0.0, 1000.0);
     disturbances.insert(disturbances.begin(), disturbance::streets_source(streets));
   }
   return disturbances;
 }
 
 std::vector<std::unique_ptr<receiver::Receiver>> ReceiverDraws::receivers_at(geodesy::GpsTime time,
-                                                                             const Vector3d& place) const {
-  const std::vector<disturbance::DisturbanceSource> disturbances = disturbances_at(place);
+                                                                             const Vector3d& point) const {
+  const std::vector<disturbance::DisturbanceSource> disturbances = disturbances_at(point);
   std::vector<std::unique_ptr<receiver::Receiver>> receivers;
   receivers.reserve(static_cast<std::size_t>(draws_.draws));
   for (int d = 0; d < draws_.draws; ++d)
@@ -59,9 +59,9 @@ std::vector<std::unique_ptr<receiver::Receiver>> ReceiverDraws::receivers_at(geo
   return receivers;
 }
 
-ReceiverDraws::Scene ReceiverDraws::look(geodesy::GpsTime now, const Vector3d& place,
-                                         const Vector3d& place_ecef) const {
-  return {{now, place_ecef, Vector3d::Zero()}, environment_->arrival(now, place, *propagator_)};
+ReceiverDraws::Scene ReceiverDraws::look(geodesy::GpsTime now, const Vector3d& point,
+                                         const Vector3d& antenna_position_ecef) const {
+  return {{now, antenna_position_ecef, Vector3d::Zero()}, environment_->arrival(now, point, *propagator_)};
 }
 
 receiver::ReceiverEpoch ReceiverDraws::observe(receiver::Receiver& receiver, const Scene& scene,

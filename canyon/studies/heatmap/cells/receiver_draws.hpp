@@ -47,22 +47,22 @@ class ReceiverDraws {
   /// (ReceiverConfig::streets), seen by an antenna in one of its lanes; the antenna's height over the road is
   /// that over the terrain.
   [[nodiscard]] std::vector<disturbance::DisturbanceSource> disturbances_at(
-      const Eigen::Vector3d& place) const;
+      const Eigen::Vector3d& point) const;
   /// The disturbances without the street.
   [[nodiscard]] const std::vector<disturbance::DisturbanceSource>& disturbances() const {
     return disturbances_;
   }
   /// The receivers of all realizations of a time at a point.
   [[nodiscard]] std::vector<std::unique_ptr<receiver::Receiver>> receivers_at(
-      geodesy::GpsTime time, const Eigen::Vector3d& place) const;
+      geodesy::GpsTime time, const Eigen::Vector3d& point) const;
 
   /// An epoch at a point, before receivers disturb it.
   struct Scene {
     propagation::Antenna antenna;
     propagation::Arrival arrival;
   };
-  [[nodiscard]] Scene look(geodesy::GpsTime now, const Eigen::Vector3d& place,
-                           const Eigen::Vector3d& place_ecef) const;
+  [[nodiscard]] Scene look(geodesy::GpsTime now, const Eigen::Vector3d& point,
+                           const Eigen::Vector3d& antenna_position_ecef) const;
   /// @param space by realization; empty: the epoch has no range errors
   receiver::ReceiverEpoch observe(receiver::Receiver& receiver, const Scene& scene,
                                   std::span<const errors::SpaceErrors> space, std::size_t draw,

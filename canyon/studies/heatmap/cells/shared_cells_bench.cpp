@@ -31,15 +31,15 @@ void fill(test::TileScene& scene, std::size_t satellites) {
   for (std::size_t k = 0; k < n; ++k) {
     const auto d = static_cast<double>(k);
     for (std::size_t i = 0; i < scene.cells.tile.cells(); ++i) {
-      const Eigen::Vector3d place = scene.place(i);
-      const double phase = (place.x() * std::cos(d) + place.y() * std::sin(d)) / (8 + d) + d;
+      const Eigen::Vector3d point = scene.centre(i);
+      const double phase = (point.x() * std::cos(d) + point.y() * std::sin(d)) / (8 + d) + d;
       const bool direct = std::sin(phase) < 0.2, reflected = std::sin(0.37 * phase + 1) < 0.5;
       scene.signals.visibility[k][i] = direct      ? CellVisibility::LOS
                                        : reflected ? CellVisibility::NLOS
                                                    : CellVisibility::Blocked;
       scene.signals.excess_m[k][i] =
           direct || !reflected ? 0
-                               : static_cast<float>(50 + 50 * std::sin(0.1 * place.x() + 0.2 * place.y()));
+                               : static_cast<float>(50 + 50 * std::sin(0.1 * point.x() + 0.2 * point.y()));
     }
   }
 }

@@ -53,11 +53,11 @@ SteadyCell::SteadyCell(const SteadySky& sky, const propagation::Propagator& prop
     direct_factors_.emplace_back(satellite.direct_factor.begin(), satellite.direct_factor.end());
 }
 
-PathNode SteadyCell::trace(const Vector3d& place) {
-  propagation::TracedPlace found;
-  propagator_.trace(place, sky_.directions(), traced_, &found);
+PathNode SteadyCell::trace(const Vector3d& point) {
+  propagation::TracedPoint found;
+  propagator_.trace(point, sky_.directions(), traced_, &found);
   PathNode node;
-  node.place = place;
+  node.position = point;
   node.edges.assign(found.edges.begin(), found.edges.end());
   std::sort(node.edges.begin(), node.edges.end());
   for (std::uint32_t i = 0; i < traced_.size(); ++i) {
@@ -103,10 +103,10 @@ const SteadyCell::Reflector& SteadyCell::reflector(std::size_t satellite, const 
   return r;
 }
 
-void SteadyCell::stand_at(const Vector3d& place, const raytrace::RayScene& scene) {
+void SteadyCell::stand_at(const Vector3d& point, const raytrace::RayScene& scene) {
   obstacles_.clear();
-  const double height_m = scene.height_above_ground(place);
-  for (disturbance::Skyline& each : skylines_) each.go_to(place.head<2>(), height_m);
+  const double height_m = scene.height_above_ground(point);
+  for (disturbance::Skyline& each : skylines_) each.go_to(point.head<2>(), height_m);
   for (std::size_t k = 0; k < direct_factors_.size(); ++k) {
     const SteadySatellite& satellite = sky_.satellites()[k];
     for (std::size_t d = 0; d < skylines_.size(); ++d) {
@@ -332,16 +332,16 @@ void SteadyCell::locate(bool statistics, CellValues& values) {
   if (statistics) fixes.describe(limits_, draws, values);
 }
 
-void SteadyCell::solve(const Vector3d& place, std::span<const propagation::KnownEdge> edges,
+void SteadyCell::solve(const Vector3d& point, std::span<const propagation::KnownEdge> edges,
                        const PathNode& node, bool statistics, CellValues& values) {
-  place_ = place;
-  propagator_.trace_near(place, sky_.directions(), edges, traced_);
-  compute(place - node.place, node, statistics, values);
+  position_ = point;
+  propagator_.trace_near(point, sky_.directions(), edges, traced_);
+  compute(point - node.position, node, statistics, values);
 }
 
-void SteadyCell::solve(const Vector3d& place, bool statistics, CellValues& values) {
-  place_ = place;
-  const PathNode node = trace(place);
+void SteadyCell::solve(const Vector3d& point, bool statistics, CellValues& values) {
+  position_ = point;
+  const PathNode node = trace(point);
   for (propagation::SatellitePaths& satellite : traced_) std::erase_if(satellite.paths, is_far);
   compute(Vector3d::Zero(), node, statistics, values);
 }

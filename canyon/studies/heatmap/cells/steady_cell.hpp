@@ -28,7 +28,7 @@ struct NodePath {
 
 /// Paths and edges that were found at one cell.
 struct PathNode {
-  Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
   std::vector<propagation::KnownEdge> edges;  ///< ascending
   std::vector<NodePath> paths;                ///< by satellite, each one's in its channels' order
 };
@@ -43,14 +43,14 @@ class SteadyCell {
              const Eigen::Matrix3d& ecef_from_enu, bool moves = false);
 
   /// Unmapped obstacles of the next cells are those around this point: a cell, or one within a few metres.
-  void stand_at(const Eigen::Vector3d& place, const raytrace::RayScene& scene);
-  [[nodiscard]] PathNode trace(const Eigen::Vector3d& place);
+  void stand_at(const Eigen::Vector3d& point, const raytrace::RayScene& scene);
+  [[nodiscard]] PathNode trace(const Eigen::Vector3d& point);
   /// @param edges that may diffract signals here, ascending @param node next to the point @param statistics
   /// whether layers over draws are requested
-  void solve(const Eigen::Vector3d& place, std::span<const propagation::KnownEdge> edges,
+  void solve(const Eigen::Vector3d& point, std::span<const propagation::KnownEdge> edges,
              const PathNode& node, bool statistics, CellValues& values);
   /// A cell that is its own node.
-  void solve(const Eigen::Vector3d& place, bool statistics, CellValues& values);
+  void solve(const Eigen::Vector3d& point, bool statistics, CellValues& values);
   /// Fixes of the last solved cell, by lane.
   [[nodiscard]] const std::vector<CellFix::Answer>& fixes() const { return fixes_; }
 
@@ -104,7 +104,7 @@ class SteadyCell {
       obstacles_;                                   // by rounded arrival, at the current point
   std::vector<std::vector<float>> direct_factors_;  // [satellite][lane]
   // Values of the current cell; members, so that their memory is reused.
-  Eigen::Vector3d place_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d position_ = Eigen::Vector3d::Zero();
   std::vector<propagation::SatellitePaths> traced_;
   std::vector<CellPath> paths_;
   std::vector<std::optional<PathSum>> sums_;  // [tracked path] of the current path

@@ -436,9 +436,10 @@ std::string canonical_text(const Request& request, const simulation::ReceiverCon
   }
   text += options::exact_text(receiver.propagation) + options::exact_text(receiver.options);
   if (base != nullptr) {
-    const geodesy::Geodetic& place = base->fixed->place;
-    text += fmt::format("base at {} {} {}\n", place.latitude_rad, place.longitude_rad, place.height_m) +
-            options::exact_text(base->propagation) + options::exact_text(base->options);
+    const geodesy::Geodetic& position = base->fixed->position;
+    text +=
+        fmt::format("base at {} {} {}\n", position.latitude_rad, position.longitude_rad, position.height_m) +
+        options::exact_text(base->propagation) + options::exact_text(base->options);
   }
   return text;
 }

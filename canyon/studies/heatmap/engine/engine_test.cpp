@@ -324,18 +324,18 @@ CellCheck check_cells(const simulation::Environment& environment, const Receiver
     const geodesy::GpsTime time = request.times[i / plane / request.altitudes_m.size()];
     const Eigen::Vector2d at = request.grid.centre(static_cast<std::uint32_t>(cell % request.grid.columns),
                                                    static_cast<std::uint32_t>(cell / request.grid.columns));
-    const Vector3d place(at.x(), at.y(), request.altitudes_m[a]);  // the ground is flat at 0
-    const propagation::Arrival arrival = environment.arrival(time, place, propagator);
+    const Vector3d point(at.x(), at.y(), request.altitudes_m[a]);  // the ground is flat at 0
+    const propagation::Arrival arrival = environment.arrival(time, point, propagator);
     const auto value = [&](std::size_t layer) { return static_cast<double>(values[layer * per_layer + i]); };
-    if (arrival.placement != raytrace::Placement::Free) {
+    if (arrival.containment != raytrace::Containment::Free) {
       for (std::size_t l = 0; l < request.layers.size(); ++l) EXPECT_TRUE(std::isnan(value(l)));
       continue;
     }
     Receiver receiver(quiet, 1);
-    const Vector3d truth = frame.ecef_from_local(place);
+    const Vector3d truth = frame.ecef_from_local(point);
     const ReceiverEpoch epoch =
         test::observe_views(receiver, time, truth, Vector3d::Zero(), arrival.views,
-                            frame.ecef_from_local_rotation(), arrival.placement, environment.sky());
+                            frame.ecef_from_local_rotation(), arrival.containment, environment.sky());
     int los = 0;
     double excess_m = 0;
     for (const receiver::SatelliteObservation& s : epoch.satellites) {
@@ -539,9 +539,9 @@ void expect_as_receiver(const std::function<void(receiver::ReceiverOptions&)>& c
   for (std::size_t i = 0; i < request.grid.cells(); ++i) {
     const Eigen::Vector2d at = request.grid.centre(static_cast<std::uint32_t>(i % request.grid.columns),
                                                    static_cast<std::uint32_t>(i / request.grid.columns));
-    const Vector3d place(at.x(), at.y(), 2);
-    const propagation::Arrival arrival = downtown().arrival(kTime, place, propagator);
-    if (arrival.placement != raytrace::Placement::Free) continue;
+    const Vector3d point(at.x(), at.y(), 2);
+    const propagation::Arrival arrival = downtown().arrival(kTime, point, propagator);
+    if (arrival.containment != raytrace::Containment::Free) continue;
     double sum = 0;
     int fixes = 0;
     for (int d = 0; d < 5; ++d) {
@@ -551,10 +551,10 @@ void expect_as_receiver(const std::function<void(receiver::ReceiverOptions&)>& c
                        "heatmap/" + std::to_string(kTime.nanoseconds()) + "/" + std::to_string(d))
               .next();
       Receiver one(warm, seed);
-      const Vector3d truth = frame.ecef_from_local(place);
+      const Vector3d truth = frame.ecef_from_local(point);
       const ReceiverEpoch epoch =
           test::observe_views(one, kTime, truth, Vector3d::Zero(), arrival.views,
-                              frame.ecef_from_local_rotation(), arrival.placement, downtown().sky());
+                              frame.ecef_from_local_rotation(), arrival.containment, downtown().sky());
       if (!epoch.fix.solved()) continue;
       ++fixes;
       const Vector3d error = geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(truth)) *

@@ -24,12 +24,12 @@ double largest_distance(const geodesy::LocalFrame& frame, double radius) {
     for (int i = 0; i < 72; ++i) {
       const double angle = geodesy::radians(5.0 * i);
       // A point of the ring, moved to the origin's height along its plumb line.
-      geodesy::Geodetic place =
+      geodesy::Geodetic position =
           frame.geodetic_from_local({radius * std::cos(angle), radius * std::sin(angle), 0});
-      place.height_m = frame.origin().height_m;
-      wanted.push_back(frame.local_from_geodetic(place).head<2>());
-      points << fmt::format("{:.13f} {:.13f}\n", geodesy::degrees(place.longitude_rad),
-                            geodesy::degrees(place.latitude_rad));
+      position.height_m = frame.origin().height_m;
+      wanted.push_back(frame.local_from_geodetic(position).head<2>());
+      points << fmt::format("{:.13f} {:.13f}\n", geodesy::degrees(position.longitude_rad),
+                            geodesy::degrees(position.latitude_rad));
     }
   }
   const std::string text =
@@ -40,10 +40,10 @@ double largest_distance(const geodesy::LocalFrame& frame, double radius) {
           .output;
   std::istringstream lines(text);
   double worst = 0;
-  for (const Eigen::Vector2d& place : wanted) {
+  for (const Eigen::Vector2d& position : wanted) {
     Eigen::Vector2d found(1e9, 1e9);
     lines >> found.x() >> found.y();
-    worst = std::max(worst, (found - place).norm());
+    worst = std::max(worst, (found - position).norm());
   }
   return worst;
 }

@@ -117,10 +117,10 @@ EnuBox enu_box(const std::array<double, 4>& degrees, const geodesy::LocalFrame& 
   EnuBox result{Vector2d::Constant(1e300), Vector2d::Constant(-1e300)};
   for (const double latitude : {south, 0.5 * (south + north), north}) {
     for (const double longitude : {west, 0.5 * (west + last), last}) {
-      const auto place = geodesy::Geodetic::from_degrees(
+      const auto position = geodesy::Geodetic::from_degrees(
           latitude, longitude > 180 ? longitude - 360 : longitude, frame.origin().height_m);
-      geodesy::check_geodetic(place, "box");
-      const Vector2d enu = frame.local_from_geodetic(place).head<2>();
+      geodesy::check_geodetic(position, "box");
+      const Vector2d enu = frame.local_from_geodetic(position).head<2>();
       result.min = result.min.cwiseMin(enu);
       result.max = result.max.cwiseMax(enu);
     }
@@ -133,10 +133,10 @@ std::array<double, 4> degrees_around(const EnuBox& box, const geodesy::LocalFram
   Vector2d low = Vector2d::Constant(1e300), high = Vector2d::Constant(-1e300);
   for (const double north : {box.min.y(), 0.5 * (box.min.y() + box.max.y()), box.max.y()}) {
     for (const double east : {box.min.x(), 0.5 * (box.min.x() + box.max.x()), box.max.x()}) {
-      const geodesy::Geodetic place = frame.geodetic_from_local({east, north, 0});
-      const double longitude = geodesy::degrees(place.longitude_rad);
+      const geodesy::Geodetic position = frame.geodetic_from_local({east, north, 0});
+      const double longitude = geodesy::degrees(position.longitude_rad);
       const Vector2d degrees(middle + std::remainder(longitude - middle, 360),
-                             geodesy::degrees(place.latitude_rad));
+                             geodesy::degrees(position.latitude_rad));
       low = low.cwiseMin(degrees);
       high = high.cwiseMax(degrees);
     }

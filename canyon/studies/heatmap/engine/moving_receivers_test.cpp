@@ -76,9 +76,9 @@ std::vector<double> driven(const ReceiverConfig& receiver, double north_m,
     std::vector<receiver::Receiver> receivers;
     for (std::uint64_t seed = 1; seed <= 6; ++seed) receivers.emplace_back(options, seed);
     for (std::size_t k = 0; k < east_m.size(); ++k) {
-      const std::size_t place = way > 0 ? k : east_m.size() - 1 - k;
+      const std::size_t index = way > 0 ? k : east_m.size() - 1 - k;
       const geodesy::GpsTime time = kTime + static_cast<double>(k) * 1.0;
-      const Vector3d at(east_m[place], north_m, kHeight_m);
+      const Vector3d at(east_m[index], north_m, kHeight_m);
       const propagation::Antenna antenna{time, frame.ecef_from_local(at),
                                          frame.ecef_from_local_rotation() * Vector3d(way * kPace_mps, 0, 0)};
       const propagation::Arrival arrival = downtown().arrival(time, at, propagator);
@@ -87,7 +87,7 @@ std::vector<double> driven(const ReceiverConfig& receiver, double north_m,
         const positioning::Fix fix =
             one.observe({antenna, own, downtown().sky(), downtown().klobuchar()}).fix;
         if (!fix.solved() || k < 15) continue;  // the filter's first 15 s
-        errors[place].push_back(
+        errors[index].push_back(
             (frame.ecef_from_local_rotation().transpose() * (fix.position_ecef - antenna.position_ecef))
                 .head<2>()
                 .norm());

@@ -48,11 +48,11 @@ Way follow(const simulation::Trajectory& trajectory, const geodesy::LocalFrame& 
   Way way;
   for (std::size_t i = 0; i <= static_cast<std::size_t>(steps); ++i) {
     const double seconds = duration_s * static_cast<double>(i) / steps;
-    const geodesy::Geodetic place = trajectory.at(trajectory.begin() + seconds).position;
-    const Vector2d enu = frame.local_from_geodetic(place).head<2>();
+    const geodesy::Geodetic geodetic = trajectory.at(trajectory.begin() + seconds).position;
+    const Vector2d enu = frame.local_from_geodetic(geodetic).head<2>();
     const double gone = way.corners.empty() ? 0 : (enu - way.corners.back().enu).norm();
     const double before = way.corners.empty() ? 0 : way.corners.back().way_m;
-    way.corners.push_back({before + gone, seconds, place.height_m, enu});
+    way.corners.push_back({before + gone, seconds, geodetic.height_m, enu});
   }
   return way;
 }

@@ -21,11 +21,11 @@ const geodesy::LocalFrame kFrame(geodesy::Geodetic::from_degrees(48, 11, 500));
 const GpsTime kStart = GpsTime::from_week(2300, 0);
 
 simulation::Trajectory drive(const std::vector<Vector2d>& corners, double speed_mps) {
-  std::vector<simulation::Waypoint> places;
+  std::vector<simulation::Waypoint> points;
   for (const Vector2d& corner : corners) {
-    places.push_back({kFrame.geodetic_from_local({corner.x(), corner.y(), 20}), speed_mps});
+    points.push_back({kFrame.geodetic_from_local({corner.x(), corner.y(), 20}), speed_mps});
   }
-  return simulation::Trajectory::from_waypoints(kStart, places, std::nullopt);
+  return simulation::Trajectory::from_waypoints(kStart, points, std::nullopt);
 }
 
 MapAnswer answer(std::vector<float> values, CellState state = CellState::Computed) {
@@ -116,8 +116,8 @@ TEST(JudgeRoute, WalksRoundCornersAtItsOwnPaceOrAnother) {
 }
 
 TEST(JudgeRoute, APlaceIsOneStation) {
-  const auto place = simulation::Trajectory::fixed(kStart, kFrame.geodetic_from_local({110, 0, 2}), 60);
-  const RouteReport report = report_route(street, kFrame, kLayers, place, {});
+  const auto position = simulation::Trajectory::fixed(kStart, kFrame.geodetic_from_local({110, 0, 2}), 60);
+  const RouteReport report = report_route(street, kFrame, kLayers, position, {});
   ASSERT_EQ(report.stations.size(), 1U);
   EXPECT_EQ(report.layers[1].mean, 10);
   EXPECT_EQ(*report.availability, 1);

@@ -119,13 +119,13 @@ class Reader {
   [[nodiscard]] Eigen::Vector2d take_position(const Json& position) const {
     if (!position.is_array() || position.size() < 2 || !position[0].is_number() || !position[1].is_number())
       fail("a position is not a list of longitude and latitude", "give [longitude, latitude] in degrees");
-    Eigen::Vector2d place(position[0].get<double>(), position[1].get<double>());
+    Eigen::Vector2d location(position[0].get<double>(), position[1].get<double>());
     // Beyond 180 deg: some programs do not split polygons at the antimeridian.
-    if (!(std::abs(place.x()) <= 360) || !(std::abs(place.y()) <= 90)) {
-      fail(fmt::format("[{}, {}] is not a longitude and latitude", place.x(), place.y()),
+    if (!(std::abs(location.x()) <= 360) || !(std::abs(location.y()) <= 90)) {
+      fail(fmt::format("[{}, {}] is not a longitude and latitude", location.x(), location.y()),
            "give WGS 84 degrees, the longitude first; convert other systems with ogr2ogr -t_srs EPSG:4326");
     }
-    return place;
+    return location;
   }
 
   [[nodiscard]] Eigen::Vector2d plane_from_degrees(const Eigen::Vector2d& lon_lat) const {
@@ -140,10 +140,11 @@ class Reader {
     // By the shorter arc, also across the antimeridian.
     const Eigen::Vector2d to(from.x() + std::remainder(end.x() - from.x(), 360.0), end.y());
     for (const Eigen::Vector2d& corner : {from, to}) {
-      const Eigen::Vector3d place =
+      const Eigen::Vector3d location =
           frame_.local_from_geodetic(geodesy::Geodetic::from_degrees(corner.y(), corner.x(), 0));
-      if (place.norm() > kFarthestMetres) {
-        fail(fmt::format("[{}, {}] is {:.0f} km from the city", corner.x(), corner.y(), place.norm() / 1000),
+      if (location.norm() > kFarthestMetres) {
+        fail(fmt::format("[{}, {}] is {:.0f} km from the city", corner.x(), corner.y(),
+                         location.norm() / 1000),
              "give an area about the city, positions as [longitude, latitude]");
       }
     }

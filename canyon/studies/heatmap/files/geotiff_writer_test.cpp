@@ -37,14 +37,14 @@ float number(const std::string& text) {
 }
 
 /// The values that gdallocationinfo reads at WGS 84 positions.
-std::vector<float> values_at(const std::filesystem::path& path, const std::vector<geodesy::Geodetic>& places,
-                             const char* options = "") {
+std::vector<float> values_at(const std::filesystem::path& path,
+                             const std::vector<geodesy::Geodetic>& positions, const char* options = "") {
   const test::TemporaryFolder folder;
   {
     std::ofstream out(folder / "places");
-    for (const geodesy::Geodetic& place : places) {
-      out << fmt::format("{:.12f} {:.12f}\n", geodesy::degrees(place.longitude_rad),
-                         geodesy::degrees(place.latitude_rad));
+    for (const geodesy::Geodetic& position : positions) {
+      out << fmt::format("{:.12f} {:.12f}\n", geodesy::degrees(position.longitude_rad),
+                         geodesy::degrees(position.latitude_rad));
     }
   }
   const std::string text =
@@ -92,8 +92,8 @@ test::SampleMap wide() {
 
 /// Positions by GeographicLib's Geocentric and the ENU rotation, 5 cm inside the cells' corners: up to 9 km
 /// from the origin the projection is within 1 cm.
-void expect_places(const test::SampleMap& map, const std::filesystem::path& hdop) {
-  std::vector<geodesy::Geodetic> places;
+void expect_points(const test::SampleMap& map, const std::filesystem::path& hdop) {
+  std::vector<geodesy::Geodetic> positions;
   std::vector<float> wanted;
   for (const std::uint32_t column : {0U, 99U, 100U, 317U, 599U}) {
     for (const std::uint32_t row : {0U, 1U, 299U, 529U}) {
@@ -101,12 +101,12 @@ void expect_places(const test::SampleMap& map, const std::filesystem::path& hdop
       for (const int corner : {0, 1, 2, 3}) {
         const double x = centre.x() + (corner % 2 == 0 ? -9.95 : 9.95);
         const double y = centre.y() + (corner < 2 ? -9.95 : 9.95);
-        places.push_back(map.frame.geodetic_from_local({x, y, 0}));
+        positions.push_back(map.frame.geodetic_from_local({x, y, 0}));
         wanted.push_back(test::SampleMap::value(1, 0, 0, column, row));
       }
     }
   }
-  const std::vector<float> found = values_at(hdop, places);
+  const std::vector<float> found = values_at(hdop, positions);
   ASSERT_EQ(found.size(), 80u);
   for (std::size_t i = 0; i < 80; ++i) EXPECT_TRUE(same(found[i], wanted[i])) << i << ' ' << found[i];
 }
@@ -116,7 +116,7 @@ TEST(GeotiffWriter, EveryPixelLiesWhereItsCellDoes) {
   const test::TemporaryFolder folder;
   const test::SampleMap map = wide();
   write_geotiffs(folder.path(), map.source());
-  expect_places(map, folder / "hdop.tif");
+  expect_points(map, folder / "hdop.tif");
 }
 
 TEST(GeotiffWriter, PixelsOfATurnedFrameToo) {
@@ -125,7 +125,7 @@ TEST(GeotiffWriter, PixelsOfATurnedFrameToo) {
   test::SampleMap map = wide();
   map.frame = geodesy::LocalFrame(map.frame.origin(), geodesy::radians(-120));
   write_geotiffs(folder.path(), map.source());
-  expect_places(map, folder / "hdop.tif");
+  expect_points(map, folder / "hdop.tif");
 }
 
 TEST(GeotiffWriter, OverviewsAreMeansOfWhatIsThere) {

@@ -243,9 +243,9 @@ class NetcdfWriter {
     for (std::uint32_t r = 0; r < tile.rows; ++r) {
       for (std::uint32_t c = 0; c < tile.columns; ++c) {
         const Eigen::Vector2d at = grid_.centre(tile.first_column + c, tile.first_row + r);
-        const geodesy::Geodetic place = source_.frame.geodetic_from_local({at.x(), at.y(), 0});
-        latitudes.push_back(cut(geodesy::degrees(place.latitude_rad)));
-        longitudes.push_back(cut(geodesy::degrees(place.longitude_rad)));
+        const geodesy::Geodetic position = source_.frame.geodetic_from_local({at.x(), at.y(), 0});
+        latitudes.push_back(cut(geodesy::degrees(position.latitude_rad)));
+        longitudes.push_back(cut(geodesy::degrees(position.longitude_rad)));
       }
     }
     file_.write(latitude_, {tile.first_row, tile.first_column}, {tile.rows, tile.columns}, latitudes.data());

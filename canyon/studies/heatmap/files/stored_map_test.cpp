@@ -52,8 +52,8 @@ TEST(StoredMap, GivesBackWhatWasWritten) {
   EXPECT_EQ(stored.altitudes_m(), map.request.altitudes_m);
   EXPECT_EQ(stored.altitude_kind(), AltitudeKind::Ellipsoid);
   EXPECT_EQ(stored.layers(), map.request.layers);
-  const Eigen::Vector3d place(300, -200, 10);
-  EXPECT_LT((stored.frame().ecef_from_local(place) - map.frame.ecef_from_local(place)).norm(), 1e-8);
+  const Eigen::Vector3d point(300, -200, 10);
+  EXPECT_LT((stored.frame().ecef_from_local(point) - map.frame.ecef_from_local(point)).norm(), 1e-8);
 
   const Grid& grid = map.request.grid;
   for (std::size_t time = 0; time < 2; ++time) {
@@ -82,23 +82,23 @@ TEST(StoredMap, NearestAltitudeAndTimeWithinHalfAStep) {
   map.request.times.push_back(map.request.times[0] + 100);
   write_netcdf(folder / "map.nc", map.source());
   const StoredMap stored(folder / "map.nc");
-  const Eigen::Vector2d place(-90, -40);
+  const Eigen::Vector2d point(-90, -40);
   const geodesy::GpsTime first = map.request.times[0];
-  const auto time_for = [&](double seconds) { return stored.at(place, 15, first + seconds)->time - first; };
+  const auto time_for = [&](double seconds) { return stored.at(point, 15, first + seconds)->time - first; };
   EXPECT_EQ(time_for(-30), 0);
-  EXPECT_FALSE(stored.at(place, 15, first + -30.001));
+  EXPECT_FALSE(stored.at(point, 15, first + -30.001));
   EXPECT_EQ(time_for(30), 0) << "of two as near the earlier";
   EXPECT_EQ(time_for(30.001), 60);
   EXPECT_EQ(time_for(79), 60);
   EXPECT_EQ(time_for(81), 100);
   EXPECT_EQ(time_for(120), 100);
-  EXPECT_FALSE(stored.at(place, 15, first + 120.001)) << "half of the last step, 40 s";
-  const auto altitude_for = [&](double altitude) { return stored.at(place, altitude, first)->altitude_m; };
+  EXPECT_FALSE(stored.at(point, 15, first + 120.001)) << "half of the last step, 40 s";
+  const auto altitude_for = [&](double altitude) { return stored.at(point, altitude, first)->altitude_m; };
   EXPECT_EQ(altitude_for(-1000), 1.5);
   EXPECT_EQ(altitude_for(8.25), 1.5) << "of two as near the lower";
   EXPECT_EQ(altitude_for(8.3), 15);
   EXPECT_EQ(altitude_for(1e6), 15);
-  EXPECT_FALSE(stored.at(place, std::nan(""), first));
+  EXPECT_FALSE(stored.at(point, std::nan(""), first));
 }
 
 TEST(StoredMap, SingleTimeReachesAQuarterOfAnHour) {

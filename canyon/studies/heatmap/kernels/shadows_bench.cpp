@@ -65,7 +65,8 @@ class BareEmbree {
     r.mask = 0xFFFFFFFFu;
     for (std::uint32_t i = 0; i < kMostCells; ++i) {
       if (i < count_) {
-        const Vector3d at = canyon::heatmap::reference::place(plane, i % plane.columns, i / plane.columns);
+        const Vector3d at =
+            canyon::heatmap::reference::cell_point(plane, i % plane.columns, i / plane.columns);
         r.org_x = static_cast<float>(at.x());
         r.org_y = static_cast<float>(at.y());
       }
@@ -296,7 +297,7 @@ void print_ratios() {
         cells = std::size_t{t.columns} * t.rows;
         f.bare.prepare(t, d);
         for (std::uint32_t i = 0; i < cells; ++i) {
-          rays[i] = {canyon::heatmap::reference::place(t, i % t.columns, i / t.columns), d};
+          rays[i] = {canyon::heatmap::reference::cell_point(t, i % t.columns, i / t.columns), d};
         }
         for (Way& way : ways) {
           const double start = cpu_seconds();

@@ -84,7 +84,8 @@ void compare_shadows(const Mesh& mesh, const raytrace::RayScene& scene, const Sh
   std::vector<raytrace::Ray> rays(plane.columns);
   const auto theirs = std::make_unique<bool[]>(plane.columns);
   for (std::uint32_t r = 0; r < plane.rows; ++r) {
-    for (std::uint32_t c = 0; c < plane.columns; ++c) rays[c] = {reference::place(plane, c, r), direction};
+    for (std::uint32_t c = 0; c < plane.columns; ++c)
+      rays[c] = {reference::cell_point(plane, c, r), direction};
     scene.occluded(rays, {theirs.get(), plane.columns});
     for (std::uint32_t c = 0; c < plane.columns; ++c) {
       const std::uint8_t our = ours[std::size_t{r} * plane.columns + c];
@@ -116,7 +117,7 @@ void compare_ranges(const Mesh& mesh, const raytrace::RayScene& scene, const Sha
   for (std::uint32_t r = 0; r < plane.rows; ++r) {
     for (std::uint32_t c = 0; c < plane.columns; ++c) {
       const float our = ours[std::size_t{r} * plane.columns + c];
-      const raytrace::Ray ray{reference::place(plane, c, r), direction, max_range_m};
+      const raytrace::Ray ray{reference::cell_point(plane, c, r), direction, max_range_m};
       const auto hit = scene.cast(ray);
       ++sum.cells;
       if (!hit && our == kInfinite) continue;
@@ -163,7 +164,7 @@ TEST(ShadowCaster, TheShadowOfABoxLiesAwayFromTheSatellite) {
     const double from = std::max(0.0, -z);
     for (std::uint32_t r = 0; r < plane.rows; ++r) {
       for (std::uint32_t c = 0; c < plane.columns; ++c) {
-        const Vector3d at = reference::place(plane, c, r);
+        const Vector3d at = reference::cell_point(plane, c, r);
         const bool expected = z < 20 && at.y() > 0 && at.y() < 4 && at.x() > from && at.x() < 30 - z;
         ASSERT_EQ(blocked[std::size_t{r} * plane.columns + c], expected ? 1 : 0) << at.transpose();
       }
@@ -234,7 +235,7 @@ TEST(ShadowCaster, TheZenithShadowIsTheOutline) {
   const auto too_far = ranges(caster, below, {0, 0, 1}, 7.9);
   for (std::uint32_t r = 0; r < below.rows; ++r) {
     for (std::uint32_t c = 0; c < below.columns; ++c) {
-      const Vector3d at = reference::place(below, c, r);
+      const Vector3d at = reference::cell_point(below, c, r);
       const bool under = at.x() > 0 && at.x() < 10 && at.y() > 0 && at.y() < 4;
       const std::size_t i = std::size_t{r} * below.columns + c;
       ASSERT_EQ(blocked[i], under ? 1 : 0) << at.transpose();
@@ -253,7 +254,7 @@ TEST(ShadowCaster, RangesToAWallGrowWithDistance) {
   const auto found = ranges(caster, plane, west, 60);
   for (std::uint32_t r = 0; r < plane.rows; ++r) {
     for (std::uint32_t c = 0; c < plane.columns; ++c) {
-      const double x = reference::place(plane, c, r).x();
+      const double x = reference::cell_point(plane, c, r).x();
       const double range = x / std::cos(geodesy::radians(30));
       const bool hit = range <= 60 && 1.5 + range * std::sin(geodesy::radians(30)) < 40;
       if (hit) {
@@ -365,7 +366,7 @@ TEST(ShadowCaster, AgreesWithEveryTriangleTestedByItself) {
     const auto our_ranges = ranges(caster, plane, direction);
     for (std::uint32_t r = 0; r < plane.rows; ++r) {
       for (std::uint32_t c = 0; c < plane.columns; ++c) {
-        const Vector3d at = reference::place(plane, c, r);
+        const Vector3d at = reference::cell_point(plane, c, r);
         const auto hit = reference::first_hit(mesh, at, direction);
         const std::size_t i = std::size_t{r} * plane.columns + c;
         ++cells;

@@ -17,7 +17,7 @@ using Point = std::array<double, 3>;
 using raytrace::kLevelRays;
 
 constexpr std::size_t kBands = 1024;
-/// With more visible ends per cell, the rays of placement() cost less (about 20 us a cell).
+/// With more visible ends per cell, the rays of containment() cost less (about 20 us a cell).
 constexpr std::size_t kMostEnds = 400;
 
 /// The intersection of the edge from `a` to `b` with the plane; bit-identical for both orders of the ends.
@@ -47,7 +47,7 @@ RowRange rows_between(const CellPlane& plane, double low, double high) {
           static_cast<std::int64_t>(std::min(plane.rows - 1.0, row_of(high) + 1))};
 }
 
-/// Angles of placement()'s rays from east, counter-clockwise, ascending, in [0, 2 pi).
+/// Angles of containment()'s rays from east, counter-clockwise, ascending, in [0, 2 pi).
 std::array<double, kLevelRays> ray_angles() {
   std::array<double, kLevelRays> angles{};
   for (int i = 0; i < kLevelRays; ++i) {
@@ -211,9 +211,9 @@ std::vector<std::uint32_t> Interiors::on_surfaces(const CellPlane& plane, double
       const auto last =
           static_cast<std::int64_t>(std::min(plane.columns - 1.0, std::floor(column(east + reach_m))));
       for (std::int64_t k = first; k <= last; ++k) {
-        const Eigen::Vector2d place(plane.first.x() + static_cast<double>(k) * plane.spacing_m, y);
-        const double share = length2 > 0 ? std::clamp((place - start).dot(side) / length2, 0.0, 1.0) : 0.0;
-        if ((start + share * side - place).norm() > reach_m) continue;
+        const Eigen::Vector2d point(plane.first.x() + static_cast<double>(k) * plane.spacing_m, y);
+        const double share = length2 > 0 ? std::clamp((point - start).dot(side) / length2, 0.0, 1.0) : 0.0;
+        if ((start + share * side - point).norm() > reach_m) continue;
         cells.push_back(static_cast<std::uint32_t>(r * plane.columns + k));
       }
     }

@@ -14,15 +14,14 @@
 namespace canyon::heatmap {
 
 /// Which cells of a horizontal plane are inside buildings, by the vote of level rays of
-/// RayScene::placement(), but for all cells at once.
+/// RayScene::containment(), but for all cells at once.
 ///
 /// The plane cuts the walls of all buildings in directed segments, fronts to their right. The number of
-/// segments that a level ray crosses, counter-clockwise minus clockwise, is placement()'s count of walls hit
-/// from behind minus those hit from the front. Along the grid's rows it is computed by scan lines. Rotating
-/// the ray by an angle changes it only if the ray passes an end of a chain of segments, by one for each:
-/// mostly walls close, there is no end, and all directions agree (the winding number). So the seven votes of
-/// a cell are one count, corrected for the few visible ends.
-/// Const, thread-safe after construction.
+/// segments that a level ray crosses, counter-clockwise minus clockwise, is containment()'s count of walls
+/// hit from behind minus those hit from the front. Along the grid's rows it is computed by scan lines.
+/// Rotating the ray by an angle changes it only if the ray passes an end of a chain of segments, by one for
+/// each: mostly walls close, there is no end, and all directions agree (the winding number). So the seven
+/// votes of a cell are one count, corrected for the few visible ends. Const, thread-safe after construction.
 class Interiors {
  public:
   /// @param mesh valid by city::check_mesh(); its triangles are copied

@@ -23,7 +23,7 @@ namespace {
 
 using Eigen::Vector3d;
 using propagation::Visibility;
-using raytrace::Placement;
+using raytrace::Containment;
 using raytrace::Ray;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -33,15 +33,15 @@ constexpr double kFlat_m = 1e-3;
 /// ShadowCaster needs directions with a larger vertical component.
 constexpr double kLeastCastRise = 0.01;
 
-CellState state_of(Placement placement) {
-  switch (placement) {
-    case Placement::Free:
+CellState state_of(Containment containment) {
+  switch (containment) {
+    case Containment::Free:
       return CellState::Computed;
-    case Placement::InsideBuilding:
+    case Containment::InsideBuilding:
       return CellState::InsideBuilding;
-    case Placement::UnderTerrain:
+    case Containment::UnderTerrain:
       return CellState::UnderTerrain;
-    case Placement::Unknown:
+    case Containment::Unknown:
       break;
   }
   assert(false);
@@ -90,7 +90,7 @@ struct RayBatch {
 
 }  // namespace
 
-Vector3d TileCells::place(std::size_t cell) const {
+Vector3d TileCells::centre(std::size_t cell) const {
   assert(cell < tile.cells());
   return {plane.first.x() + static_cast<double>(cell % tile.columns) * plane.spacing_m,
           plane.first.y() + static_cast<double>(cell / tile.columns) * plane.spacing_m,
@@ -150,11 +150,11 @@ struct TileTracer::Impl {
       for (std::size_t i = 0; i < count; ++i) {
         // The ray follows the city's vertical, which differs from the point's by less than 1e-2 rad within 60
         // km.
-        Vector3d place = cells.place(i);
-        place.z() = 0;
+        Vector3d point = cells.centre(i);
+        point.z() = 0;
         for (int step = 0; step < 3; ++step)
-          place.z() += altitude_m - frame.geodetic_from_local(place).height_m;
-        z[i] = place.z();
+          point.z() += altitude_m - frame.geodetic_from_local(point).height_m;
+        z[i] = point.z();
       }
     } else if (!terrain.empty()) {
       for (std::size_t i = 0; i < count; ++i) {
@@ -176,7 +176,7 @@ struct TileTracer::Impl {
   }
 
   /// Marks points inside buildings or under terrain. Only points with something above them are candidates.
-  void mark_hidden_places(const std::vector<double>& ground, TileCells& cells) const {
+  void mark_hidden_points(const std::vector<double>& ground, TileCells& cells) const {
     const std::size_t count = cells.tile.cells();
     std::vector<std::uint8_t> covered(count), inside(count);
     block(cells, Vector3d::UnitZ(), covered);
@@ -184,7 +184,7 @@ struct TileTracer::Impl {
     for (std::size_t i = 0; i < count; ++i) {
       covered[i] &= cells.state[i] == CellState::Computed ? 1 : 0;
       // A sheet above the point may or may not cover it.
-      ask[i] = covered[i] && !ground.empty() && !(ground[i] < cells.place(i).z());
+      ask[i] = covered[i] && !ground.empty() && !(ground[i] < cells.centre(i).z());
     }
     if (cells.flat() && interiors.find(cells.plane, covered, inside)) {
       // Foliage or a vehicle above is not a roof; closed walls have a roof, others may lack it.
@@ -202,7 +202,7 @@ struct TileTracer::Impl {
     }
     spread(cells.tile.rows, [&](std::size_t row) {
       for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i)
-        if (ask[i]) cells.state[i] = state_of(scene->placement(cells.place(i)));
+        if (ask[i]) cells.state[i] = state_of(scene->containment(cells.centre(i)));
     });
   }
 
@@ -211,7 +211,7 @@ struct TileTracer::Impl {
     if (cells.flat() && direction.z() > kLeastCastRise) {
       shadows.shadows(cells.plane, direction, blocked);
       for (const std::uint32_t i : cells.on_walls) {
-        const Vector3d from = cells.place(i);
+        const Vector3d from = cells.centre(i);
         blocked[i] = scene->occluded({from, direction}, scene->surface_offset_m(from)) ? 1 : 0;
       }
       return;
@@ -222,7 +222,7 @@ struct TileTracer::Impl {
       batch.clear();
       for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i) {
         if (cells.state[i] != CellState::Computed) continue;
-        batch.add(static_cast<std::uint32_t>(i), cells.place(i), direction);
+        batch.add(static_cast<std::uint32_t>(i), cells.centre(i), direction);
       }
       if (batch.rays.empty()) return;
       batch.cast(*scene, scene->surface_offset_m(batch.rays.front().origin), blocked);
@@ -269,7 +269,7 @@ struct TileTracer::Impl {
       return cells.state[cell] == CellState::Computed && visibility[cell] == CellVisibility::Blocked;
     };
     const auto range_by_ray = [&](std::size_t cell) -> std::optional<double> {
-      const Vector3d from = cells.place(cell);
+      const Vector3d from = cells.centre(cell);
       const auto hit = scene->cast({from, mirrored, options.max_range_m}, scene->surface_offset_m(from));
       if (!hit) return std::nullopt;
       return hit->range_m;
@@ -313,7 +313,7 @@ struct TileTracer::Impl {
         const std::size_t count = lists.satellites.size();
         if (count == 0) continue;
         if (lists.paths.size() < count) lists.paths.resize(count);
-        propagator.trace(cells.place(i), lists.directions, std::span(lists.paths).first(count));
+        propagator.trace(cells.centre(i), lists.directions, std::span(lists.paths).first(count));
         for (std::size_t j = 0; j < count; ++j) {
           const propagation::SatellitePaths& paths = lists.paths[j];
           const std::uint32_t k = lists.satellites[j];
@@ -338,7 +338,7 @@ TileTracer::TileTracer(const simulation::Environment& environment,
                      "give 0 to less than pi/2");
   }
   impl_ = std::make_unique<Impl>(environment, options, elevation_mask_rad, std::move(first_signal));
-  assert(environment.scene().placed_instances().empty());
+  assert(environment.scene().posed_instances().empty());
 }
 TileTracer::~TileTracer() = default;
 TileTracer::TileTracer(TileTracer&&) noexcept = default;
@@ -366,13 +366,13 @@ TileCells TileTracer::cells(const Grid& grid, const Tile& tile, const Area* area
   }
   std::vector<double> ground;
   impl_->set_heights(grid, altitude_m, kind, cells, ground);
-  impl_->mark_hidden_places(ground, cells);
+  impl_->mark_hidden_points(ground, cells);
   if (cells.flat()) {
     // The offset grows with the distance from the city's centre: the maximum is at a corner.
     double offset_m = 0;
     for (const std::size_t corner :
          {std::size_t{0}, std::size_t{tile.columns} - 1, tile.cells() - tile.columns, tile.cells() - 1})
-      offset_m = std::max(offset_m, impl_->scene->surface_offset_m(cells.place(corner)));
+      offset_m = std::max(offset_m, impl_->scene->surface_offset_m(cells.centre(corner)));
     for (const std::uint32_t cell : impl_->interiors.on_surfaces(cells.plane, offset_m))
       if (cells.state[cell] == CellState::Computed) cells.on_walls.push_back(cell);
   }

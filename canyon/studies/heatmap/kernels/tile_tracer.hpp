@@ -38,7 +38,7 @@ struct TileCells {
   std::vector<std::uint32_t> on_walls;
   [[nodiscard]] bool flat() const { return z.empty(); }
   /// Centre of a cell, ENU [m].
-  [[nodiscard]] Eigen::Vector3d place(std::size_t cell) const;
+  [[nodiscard]] Eigen::Vector3d centre(std::size_t cell) const;
 };
 
 /// Reference of heights.
@@ -66,8 +66,8 @@ class TileTracer {
 
   /// Points and states of a tile's cells at one altitude [m, finite]. State, in this order: outside the area
   /// (null: no limit); no terrain below the cell in a city with terrain (AboveTerrain); else
-  /// RayScene::placement() of the point. A tile is flat if its cells' heights agree within 1 mm; its plane is
-  /// at the mean of their extremes. If no cell is Computed, `plane.z` may be 0.
+  /// RayScene::containment() of the point. A tile is flat if its cells' heights agree within 1 mm; its plane
+  /// is at the mean of their extremes. If no cell is Computed, `plane.z` may be 0.
   [[nodiscard]] TileCells cells(const Grid& grid, const Tile& tile, const Area* area, double altitude_m,
                                 AltitudeKind kind) const;
   /// Satellites above the horizon and the mask at the middle of the tile that the receiver tracks, and their

@@ -102,12 +102,12 @@ Mesh odd_buildings(double lift = 0) {
   return mesh;
 }
 
-/// Whether placement() differs at a point within a millimetre of `at`.
+/// Whether containment() differs at a point within a millimetre of `at`.
 bool is_at_a_wall(const raytrace::RayScene& scene, const Vector3d& at) {
-  const auto here = scene.placement(at);
+  const auto here = scene.containment(at);
   for (int i = 0; i < 16; ++i) {
     const double angle = 2 * geodesy::kPi * i / 16;
-    if (scene.placement(at + 1e-3 * Vector3d(std::cos(angle), std::sin(angle), 0)) != here) return true;
+    if (scene.containment(at + 1e-3 * Vector3d(std::cos(angle), std::sin(angle), 0)) != here) return true;
   }
   return false;
 }
@@ -115,21 +115,22 @@ bool is_at_a_wall(const raytrace::RayScene& scene, const Vector3d& at) {
 struct StateCount {
   std::size_t cells = 0, inside = 0, under = 0, different = 0;
 };
-/// Compares every `step`-th cell of a tile with placement(); differences must be at a wall.
+/// Compares every `step`-th cell of a tile with containment(); differences must be at a wall.
 StateCount compare_states(const raytrace::RayScene& scene, const TileCells& cells, std::size_t step = 1) {
   StateCount count;
   for (std::size_t i = 0; i < cells.state.size(); i += step) {
-    const Vector3d place = cells.place(i);
-    const auto placement = scene.placement(place);
-    const CellState expected = placement == raytrace::Placement::Free           ? CellState::Computed
-                               : placement == raytrace::Placement::UnderTerrain ? CellState::UnderTerrain
-                                                                                : CellState::InsideBuilding;
+    const Vector3d point = cells.centre(i);
+    const auto containment = scene.containment(point);
+    const CellState expected = containment == raytrace::Containment::Free ? CellState::Computed
+                               : containment == raytrace::Containment::UnderTerrain
+                                   ? CellState::UnderTerrain
+                                   : CellState::InsideBuilding;
     ++count.cells;
     count.inside += expected == CellState::InsideBuilding;
     count.under += expected == CellState::UnderTerrain;
     if (cells.state[i] == expected) continue;
     ++count.different;
-    EXPECT_TRUE(is_at_a_wall(scene, place)) << place.transpose();
+    EXPECT_TRUE(is_at_a_wall(scene, point)) << point.transpose();
   }
   return count;
 }
@@ -155,14 +156,14 @@ SignalCount compare_signals(const simulation::Environment& environment, const Pr
       }
       continue;
     }
-    const Vector3d place = cells.place(i);
+    const Vector3d point = cells.centre(i);
     std::vector<Vector3d> directions;
     for (const orbit::LineOfSight& satellite : signals.satellites) {
       const auto line =
-          orbit::line_of_sight(environment.sky(), satellite.id, kTime, frame.ecef_from_local(place));
+          orbit::line_of_sight(environment.sky(), satellite.id, kTime, frame.ecef_from_local(point));
       directions.emplace_back(frame.ecef_from_local_rotation().transpose() * line->direction_ecef);
     }
-    propagator.trace(place, directions, paths);
+    propagator.trace(point, directions, paths);
     for (std::size_t k = 0; k < paths.size(); ++k) {
       ++count.signals;
       const auto visibility_of = [](const propagation::SatellitePaths& p) {
@@ -186,13 +187,13 @@ SignalCount compare_signals(const simulation::Environment& environment, const Pr
         for (const double share : {1.0, 0.3}) {
           const double angle = 2 * geodesy::kPi * turn / 12;
           const Vector3d shift = share * edge_m * Vector3d(std::cos(angle), std::sin(angle), 0);
-          propagator.trace(place + shift, std::span(directions).subspan(k, 1), std::span(moved).first(1));
+          propagator.trace(point + shift, std::span(directions).subspan(k, 1), std::span(moved).first(1));
           at_an_edge |= visibility_of(moved[0]) == signals.visibility[k][i] &&
                         std::abs(static_cast<double>(signals.excess_m[k][i]) - moved[0].tracked_excess_m()) <
                             0.02 + 2 * edge_m;
         }
       }
-      EXPECT_TRUE(at_an_edge) << place.transpose() << " " << to_string(signals.satellites[k].id) << ": "
+      EXPECT_TRUE(at_an_edge) << point.transpose() << " " << to_string(signals.satellites[k].id) << ": "
                               << static_cast<int>(signals.visibility[k][i]) << " for "
                               << static_cast<int>(expected) << ", " << signals.excess_m[k][i] << " m for "
                               << paths[k].tracked_excess_m() << " m";
@@ -305,12 +306,12 @@ TEST(TileTracer, StatesOverSlopesAndBelowThem) {
   EXPECT_FALSE(above.flat());
   std::size_t without = 0;
   for (std::size_t i = 0; i < above.state.size(); ++i) {
-    const Vector3d place = above.place(i);
-    const auto height = environment.scene().terrain_height(place.x(), place.y());
+    const Vector3d point = above.centre(i);
+    const auto height = environment.scene().terrain_height(point.x(), point.y());
     ASSERT_EQ(above.state[i] == CellState::NoTerrain, !height);
     without += !height;
     if (height) {
-      ASSERT_NEAR(place.z(), *height + 2, 2e-3);
+      ASSERT_NEAR(point.z(), *height + 2, 2e-3);
     }
     ASSERT_NE(above.state[i], CellState::UnderTerrain);
   }
@@ -339,7 +340,7 @@ TEST(TileTracer, EllipsoidHeightsAreHeightsOfThePlace) {
   for (std::size_t i = 0; i < cells.state.size(); ++i) {
     ASSERT_EQ(cells.state[i], CellState::Computed);
     // Flat within 1 mm or floats of z (100 m: 8e-6 m).
-    ASSERT_NEAR(field.city().frame.geodetic_from_local(cells.place(i)).height_m, 57.25, 0.6e-3);
+    ASSERT_NEAR(field.city().frame.geodetic_from_local(cells.centre(i)).height_m, 57.25, 0.6e-3);
   }
   EXPECT_THROW((void)tracer.cells(grid, whole(grid), nullptr, std::numeric_limits<double>::infinity(),
                                   AltitudeKind::Ellipsoid),
@@ -356,7 +357,7 @@ TEST(TileTracer, CellsOutsideTheAreaAreNotComputed) {
   tracer.trace(cells, kTime, true, signals);
   std::size_t outside = 0;
   for (std::size_t i = 0; i < cells.state.size(); ++i) {
-    const bool in = area.contains(cells.place(i).head<2>());
+    const bool in = area.contains(cells.centre(i).head<2>());
     ASSERT_EQ(cells.state[i] == CellState::OutsideArea, !in);
     outside += !in;
     if (in) continue;
@@ -496,7 +497,7 @@ TEST(TileTracer, SkyViewBesideAWallAndInTheOpen) {
   double worst = 0;
   tracer.sky_view(cells, share);
   for (std::size_t i = 0; i < share.size(); ++i) {
-    const double expected = 1 - std::atan(28 / cells.place(i).x()) / geodesy::kPi;
+    const double expected = 1 - std::atan(28 / cells.centre(i).x()) / geodesy::kPi;
     worst = std::max(worst, std::abs(static_cast<double>(share[i]) - expected));
   }
   std::cout << "sky view within " << worst << "\n";

@@ -31,15 +31,15 @@ std::string readable_utc(geodesy::GpsTime t, int decimals) {
   return text + " UTC";
 }
 
-std::string readable_place(const MapSource& source) {
+std::string readable_position(const MapSource& source) {
   const Grid& grid = source.request->grid;
-  const geodesy::Geodetic place = source.frame.geodetic_from_local(
+  const geodesy::Geodetic position = source.frame.geodetic_from_local(
       {0.5 * (grid.west_m + grid.east_m()), 0.5 * (grid.south_m + grid.north_m()), 0});
   const auto angle = [](double rad, char positive, char negative) {
     const double degrees = geodesy::degrees(rad);
     return fmt::format("{:.4f}\u00b0 {}", std::abs(degrees), degrees < 0 ? negative : positive);
   };
-  return angle(place.latitude_rad, 'N', 'S') + ", " + angle(place.longitude_rad, 'E', 'W');
+  return angle(position.latitude_rad, 'N', 'S') + ", " + angle(position.longitude_rad, 'E', 'W');
 }
 
 class Writer {
@@ -149,7 +149,7 @@ class Writer {
     const std::string above =
         request_.altitude_kind == AltitudeKind::AboveTerrain ? "above the terrain" : "above the ellipsoid";
     std::array<std::string, 2> lines;
-    lines[0] = readable_place(source_) + kDot + readable_utc(request_.times[time], decimals_) + kDot +
+    lines[0] = readable_position(source_) + kDot + readable_utc(request_.times[time], decimals_) + kDot +
                fmt::format("{:g} m {}", request_.altitudes_m[altitude], above) + kDot +
                fmt::format("cells of {:g} m", request_.grid.spacing_m);
     using Word = std::pair<const char*, const char*>;  // an attribute, and its name for people

@@ -110,8 +110,8 @@ void draw_heading(Canvas& canvas, const Rect& map, const std::string& text) {
   }
 }
 
-/// Draws labels below a bar, within `place`: the ends first, then those that do not overlap others.
-void draw_labels(Canvas& canvas, const Rect& place, const Rect& bar, const ColourScale& scale) {
+/// Draws labels below a bar, within `position`: the ends first, then those that do not overlap others.
+void draw_labels(Canvas& canvas, const Rect& position, const Rect& bar, const ColourScale& scale) {
   constexpr double kOverhang = 3, kApart = 5;
   const drawing::TextStyle style{.size = 11, .align = Align::Centre, .level = TextLevel::Top};
   std::vector<std::size_t> order;
@@ -124,8 +124,8 @@ void draw_labels(Canvas& canvas, const Rect& place, const Rect& bar, const Colou
     if (i == 0 && scale.below) label = "< " + label;
     const double half = 0.5 * canvas.text_width(label, style);
     const double x = std::clamp(bar.x + bar.width * scale.ticks[i].first,
-                                std::min(place.x - kOverhang + half, place.centre().x),
-                                std::max(place.right() + kOverhang - half, place.centre().x));
+                                std::min(position.x - kOverhang + half, position.centre().x),
+                                std::max(position.right() + kOverhang - half, position.centre().x));
     const bool free = std::all_of(taken.begin(), taken.end(), [&](const auto& other) {
       return x - half > other.second + kApart || x + half < other.first - kApart;
     });
@@ -135,8 +135,8 @@ void draw_labels(Canvas& canvas, const Rect& place, const Rect& bar, const Colou
   }
 }
 
-void draw_bar(Canvas& canvas, const Rect& place, const ColourScale& scale) {
-  Rect bar = place;
+void draw_bar(Canvas& canvas, const Rect& position, const ColourScale& scale) {
+  Rect bar = position;
   if (scale.below) bar.x += kBarPoint, bar.width -= kBarPoint;
   if (scale.above) bar.width -= kBarPoint;
   const double middle = bar.y + 0.5 * bar.height;
@@ -158,7 +158,7 @@ void draw_bar(Canvas& canvas, const Rect& place, const ColourScale& scale) {
     const double x = bar.x + bar.width * tick.first;
     canvas.segments({{{x, bar.bottom()}, {x, bar.bottom() + 3}}}, {kFaintInk, 0.8});
   }
-  draw_labels(canvas, place, bar, scale);
+  draw_labels(canvas, position, bar, scale);
 }
 
 }  // namespace

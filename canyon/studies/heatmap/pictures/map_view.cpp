@@ -26,7 +26,7 @@ using heatmap::MapAnswers;
 
 constexpr double kNoHeight = std::numeric_limits<double>::quiet_NaN();
 /// Positions of one frame that differ by less than this in another are the same [m].
-constexpr double kSamePlace_m = 0.05;
+constexpr double kSamePosition_m = 0.05;
 /// Colours of a bar: enough to show no steps.
 constexpr int kColours = 65;
 
@@ -67,12 +67,12 @@ Json layer_json(heatmap::Layer layer, const heatmap::ValueCounts& values) {
           {"large_is_bad", scale.style.large_is_bad}};
 }
 
-void check_place(const MapAnswers& map, const city::City& city) {
+void check_position(const MapAnswers& map, const city::City& city) {
   const Grid& grid = map.grid();
-  for (const Eigen::Vector3d& place :
+  for (const Eigen::Vector3d& position :
        {Eigen::Vector3d(grid.west_m, grid.south_m, 0), Eigen::Vector3d(grid.east_m(), grid.north_m(), 0)}) {
-    const Eigen::Vector3d there = city.frame.local_from_ecef(map.frame().ecef_from_local(place));
-    if ((there - place).norm() < kSamePlace_m) continue;
+    const Eigen::Vector3d there = city.frame.local_from_ecef(map.frame().ecef_from_local(position));
+    if ((there - position).norm() < kSamePosition_m) continue;
     throw InputError(fmt::format("the map's coordinates are not those of the city {}", city.name),
                      "give --city the city or scenario of the map");
   }
@@ -86,10 +86,10 @@ double cell_height(const MapAnswers& map, const Eigen::Vector2d& centre, double 
                ? altitude_m
                : terrain->terrain_height(centre.x(), centre.y()).value_or(kNoHeight) + altitude_m;
   }
-  Eigen::Vector3d place(centre.x(), centre.y(), 0);
+  Eigen::Vector3d point(centre.x(), centre.y(), 0);
   for (int step = 0; step < 3; ++step)
-    place.z() += altitude_m - map.frame().geodetic_from_local(place).height_m;
-  return place.z();
+    point.z() += altitude_m - map.frame().geodetic_from_local(point).height_m;
+  return point.z();
 }
 
 bool has_terrain(const city::City& city) {
@@ -189,7 +189,7 @@ class Writer {
 
 void add_map(const MapAnswers& map, const std::string& name, const city::City& city,
              const std::filesystem::path& folder) {
-  check_place(map, city);
+  check_position(map, city);
   if (map.grid().cells() > kMostMapCells || std::max(map.grid().columns, map.grid().rows) > kMostMapColumns) {
     throw InputError(fmt::format("the map has {} by {} cells; the view shows at most {}, and {} in a row",
                                  map.grid().columns, map.grid().rows, kMostMapCells, kMostMapColumns),
