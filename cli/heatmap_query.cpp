@@ -240,7 +240,7 @@ void print_json(const RouteReport& report, const StoredMap& map) {
   }
   for (const heatmap::RouteStation& station : report.stations) {
     const geodesy::Geodetic position = map.frame().geodetic_from_local({station.enu.x(), station.enu.y(), 0});
-    Json entry{{"way_m", station.way_m},
+    Json entry{{"way_m", station.travelled_m},
                {"latitude_deg", geodesy::degrees(position.latitude_rad)},
                {"longitude_deg", geodesy::degrees(position.longitude_rad)},
                {"time_utc", geodesy::format_utc(station.time)},

@@ -72,7 +72,7 @@ struct SortedFiles {
 /// Routes through a city, as corners in its frame [m].
 class DriveFinder {
  public:
-  using Way = std::vector<Eigen::Vector2d>;
+  using Route = std::vector<Eigen::Vector2d>;
 
   DriveFinder(const simulation::CityScene& scene, bool on_terrain) : scene_(scene), on_terrain_(on_terrain) {
     for (const int axis : {0, 1}) {  // the middle corner of the city
@@ -88,15 +88,15 @@ class DriveFinder {
     const auto terrain = scene_.scene.terrain_height(position.x(), position.y());
     return kAntenna_m + terrain.value_or(-scene_.scene.height_above_ground({position.x(), position.y(), 0}));
   }
-  [[nodiscard]] static double length_m(const Way& way) {
+  [[nodiscard]] static double length_m(const Route& route) {
     double length_m = 0;
-    for (std::size_t i = 1; i < way.size(); ++i) length_m += (way[i] - way[i - 1]).norm();
+    for (std::size_t i = 1; i < route.size(); ++i) length_m += (route[i] - route[i - 1]).norm();
     return length_m;
   }
 
   /// The first route of 500 m along streets from one of the points next to the middle, else the longest.
-  [[nodiscard]] Way along(const buildings::StreetMap& streets) const {
-    Way points;
+  [[nodiscard]] Route along(const buildings::StreetMap& streets) const {
+    Route points;
     for (const buildings::LonLat& at : streets.positions) {
       const auto position =
           geodesy::Geodetic::from_degrees(at.y(), at.x(), scene_.city.frame.origin().height_m);
@@ -113,18 +113,18 @@ class DriveFinder {
       return (points[a] - middle_).squaredNorm() < (points[b] - middle_).squaredNorm();
     });
     if (starts.size() > 30) starts.resize(30);
-    Way best;
+    Route best;
     for (const std::size_t start : starts) {
-      Way way = shortest(points, next, start);
-      if (length_m(way) > length_m(best)) best = std::move(way);
+      Route route = shortest(points, next, start);
+      if (length_m(route) > length_m(best)) best = std::move(route);
       if (length_m(best) > kDrive_m - 1) break;
     }
     return best;
   }
 
   /// The longest straight route up to 500 m from a point near the middle.
-  [[nodiscard]] Way straight() const {
-    Way best;
+  [[nodiscard]] Route straight() const {
+    Route best;
     double most_m = 0;
     for (int k = 0; k < 11 * 11 * 24; ++k) {
       const Eigen::Vector2d from = middle_ + 20 * Eigen::Vector2d(k / 24 % 11 - 5, k / 24 / 11 - 5);
@@ -152,13 +152,13 @@ class DriveFinder {
   }
 
   /// The shortest path to the nearest point that is 500 m away along it, else to the farthest (Dijkstra).
-  [[nodiscard]] Way shortest(const Way& points, const std::vector<std::vector<std::size_t>>& next,
-                             std::size_t start) const {
+  [[nodiscard]] Route shortest(const Route& points, const std::vector<std::vector<std::size_t>>& next,
+                               std::size_t start) const {
     const auto leads = [&](std::size_t from, std::size_t to) {
-      const Eigen::Vector2d way = points[to] - points[from];
-      const double steps = std::ceil(way.norm() / kStep_m) + 1;
+      const Eigen::Vector2d route = points[to] - points[from];
+      const double steps = std::ceil(route.norm() / kStep_m) + 1;
       for (double i = 0; i <= steps; ++i)
-        if (!is_free(points[from] + way * i / steps)) return false;
+        if (!is_free(points[from] + route * i / steps)) return false;
       return true;
     };
     using Step = std::tuple<double, std::size_t, std::size_t>;  // length, point, previous point
@@ -177,11 +177,11 @@ class DriveFinder {
       for (const std::size_t to : next[at]) open.emplace(away_m + (points[to] - points[at]).norm(), to, at);
     }
     if (before.empty()) return {};
-    Way way{points[last]};
-    for (; last != start; last = before[last]) way.push_back(points[before[last]]);
-    if (away_m > kDrive_m) way[0] += (way[1] - way[0]).normalized() * (away_m - kDrive_m);
-    std::reverse(way.begin(), way.end());
-    return way;
+    Route route{points[last]};
+    for (; last != start; last = before[last]) route.push_back(points[before[last]]);
+    if (away_m > kDrive_m) route[0] += (route[1] - route[0]).normalized() * (away_m - kDrive_m);
+    std::reverse(route.begin(), route.end());
+    return route;
   }
 
   const simulation::CityScene& scene_;
@@ -337,7 +337,7 @@ class ScenarioWriter {
 
   void write_drive(const simulation::CityScene& scene, bool on_terrain) {
     const DriveFinder finder(scene, on_terrain);
-    DriveFinder::Way way;
+    DriveFinder::Route route;
     std::vector<fs::path> maps;
     std::copy_if(files_.cities.begin(), files_.cities.end(), std::back_inserter(maps),
                  [](const fs::path& city) {
@@ -345,15 +345,15 @@ class ScenarioWriter {
                           !buildings::has_ending(city, {".gml", ".citygml"}) &&
                           buildings::model_kind(city) == buildings::ModelKind::None;
                  });
-    if (!maps.empty()) way = finder.along(buildings::read_streets(maps));
-    const bool streets = DriveFinder::length_m(way) > kDrive_m / 5;
-    if (!streets) way = finder.straight();
-    if (way.empty())
+    if (!maps.empty()) route = finder.along(buildings::read_streets(maps));
+    const bool streets = DriveFinder::length_m(route) > kDrive_m / 5;
+    if (!streets) route = finder.straight();
+    if (route.empty())
       throw InputError(files_.cities.front(), 0, "has no space for a drive near its middle",
                        "give a recorded path");
     out_.yaml +=
         fmt::format("start: {}\nrate_hz: 1\ntrajectory:  # or file: track.gpx\n  waypoints:\n", text(start_));
-    for (const Eigen::Vector2d& corner : way) {
+    for (const Eigen::Vector2d& corner : route) {
       const geodesy::Geodetic position =
           scene.city.frame.geodetic_from_local({corner.x(), corner.y(), finder.antenna_m(corner)});
       out_.yaml += fmt::format("    - {{latitude_deg: {:.7f}, longitude_deg: {:.7f}{}}}\n",
@@ -364,7 +364,7 @@ class ScenarioWriter {
     if (on_terrain) out_.yaml += "  height_above_terrain_m: 1.5\n";
     say("start", text(start_));
     say("trajectory", fmt::format("{:.0f} m {} near the city's middle, at 8 m/s, 1.5 m above the ground",
-                                  DriveFinder::length_m(way),
+                                  DriveFinder::length_m(route),
                                   streets ? "along streets" : "straight on, outside buildings"));
   }
 

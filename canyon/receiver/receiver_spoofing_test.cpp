@@ -105,9 +105,9 @@ TEST(ReceiverSpoofing, TheStrongerSignalTakesTheFixAlong) {
   spoofing.advantage_db = 6;
   Victim taken(spoofing, plain());
   // 4 m/s, 10 s of hold and 4 s lost to the acceleration: half of the distance; true signals are echoes.
-  const Seen under_way = taken.after(39);
-  EXPECT_NEAR(fix_enu(under_way.epoch).y(), 100, 30);
-  EXPECT_NEAR(under_way.epoch.fix.velocity_enu_mps->y(), 4, 0.05);
+  const Seen in_motion = taken.after(39);
+  EXPECT_NEAR(fix_enu(in_motion.epoch).y(), 100, 30);
+  EXPECT_NEAR(in_motion.epoch.fix.velocity_enu_mps->y(), 4, 0.05);
   const Seen there = taken.after(280);
   EXPECT_LT((fix_enu(there.epoch) - Eigen::Vector3d(0, 200, 0)).norm(), 1);
   EXPECT_NEAR(there.epoch.fix.clock_bias_s.at(System::GPS) * kSpeedOfLight, 1000, 1);
@@ -229,8 +229,8 @@ TEST(ReceiverSpoofing, AnotherPlaceIsForThoseWhoSearch) {
   const Seen seen = searching.after(30);
   EXPECT_LT((fix_enu(seen.epoch) - Eigen::Vector3d(0, 5000, 0)).norm(), 0.01);
   EXPECT_LT(seen.epoch.fix.velocity_enu_mps->norm(), 1e-3);
-  const double way_m = Eigen::Vector3d(100, 0, 20).norm();
-  EXPECT_NEAR(seen.epoch.fix.clock_bias_s.at(System::GPS), 1e-4 + way_m / kSpeedOfLight, 1e-10);
+  const double travelled_m = Eigen::Vector3d(100, 0, 20).norm();
+  EXPECT_NEAR(seen.epoch.fix.clock_bias_s.at(System::GPS), 1e-4 + travelled_m / kSpeedOfLight, 1e-10);
 }
 
 // On another continent most satellites differ. Copies that drown the true signals in noise capture tracking

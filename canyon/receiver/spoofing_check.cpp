@@ -22,11 +22,11 @@ bool SpoofingCheck::gain_without_loss(const ReceiverEpoch& epoch) {
     };
     for (const SatelliteObservation& satellite : epoch.satellites) satellite.for_each_signal(add);
     if (count == 0) continue;
-    const double mean_dbhz = sum / count, given_way_db = -20 * std::log10(band.agc());
+    const double mean_dbhz = sum / count, agc_reduction_db = -20 * std::log10(band.agc());
     const auto [known, fresh] = strengths_.try_emplace(band.carrier_hz, Strength{mean_dbhz, epoch.time});
     Strength& before = known->second;
-    if (given_way_db >= options_.gain_db) {
-      failed = failed || (!fresh && mean_dbhz >= before.mean_dbhz - given_way_db / 2);
+    if (agc_reduction_db >= options_.gain_db) {
+      failed = failed || (!fresh && mean_dbhz >= before.mean_dbhz - agc_reduction_db / 2);
       continue;
     }
     before.mean_dbhz +=

@@ -182,15 +182,15 @@ std::string scenario_text(const std::string& trajectory, const std::string& imu)
          "start: 2026-06-01T06:00:00Z\nduration_s: 8\ntrajectory: " +
          trajectory + "\nsensors: {imu: {" + imu + "}}\n";
 }
-const char* const kWay = "waypoints: [{east_m: 0, north_m: 0, up_m: 2}, {east_m: 90, north_m: 0, up_m: 2}]";
+const char* const kRoute = "waypoints: [{east_m: 0, north_m: 0, up_m: 2}, {east_m: 90, north_m: 0, up_m: 2}]";
 
 // The direct computation of ECEF agrees with that via geodetic coordinates.
 TEST(InertialRun, EcefPosesAreThoseOfTheTrajectory) {
   for (const Attitude attitude : {Attitude::Level, Attitude::Car, Attitude::Multirotor}) {
-    const Trajectory way = street(Geodetic::from_degrees(-77.8, 166.7, 2500)).with_attitude(attitude);
+    const Trajectory trajectory = street(Geodetic::from_degrees(-77.8, 166.7, 2500)).with_attitude(attitude);
     for (double t = 0; t < 100; t += 0.73) {
-      const auto rigid = way.ecef_pose(kBegin + t);
-      const inertial::BodyState by_pose = body_state(way.at(kBegin + t));
+      const auto rigid = trajectory.ecef_pose(kBegin + t);
+      const inertial::BodyState by_pose = body_state(trajectory.at(kBegin + t));
       EXPECT_LT((rigid.position_m - by_pose.position_m).norm(), 1e-8);
       EXPECT_LT((rigid.velocity_mps - by_pose.velocity_mps).norm(), 1e-9);
       EXPECT_LT((rigid.acceleration_mps2 - by_pose.acceleration_mps2).norm(), 1e-9);
@@ -209,13 +209,13 @@ TEST(InertialRun, NeedsASmoothMotion) {
     city.frame = geodesy::LocalFrame(Geodetic::from_degrees(22.3, 114.17, 5));
     return Simulation(scenario, city);
   };
-  EXPECT_THAT(canyon::test::refusal([&] { (void)simulate(std::string("{") + kWay + "}"); }),
+  EXPECT_THAT(canyon::test::refusal([&] { (void)simulate(std::string("{") + kRoute + "}"); }),
               ::testing::AllOf(::testing::HasSubstr("changes its speed and direction instantly"),
                                ::testing::HasSubstr("trajectory.acceleration_mps2")));
-  EXPECT_TRUE(simulate(std::string("{") + kWay + ", acceleration_mps2: 2}").trajectory().smooth());
+  EXPECT_TRUE(simulate(std::string("{") + kRoute + ", acceleration_mps2: 2}").trajectory().smooth());
   // On the ground of an open field, which is level at the origin's height.
   const Simulation clamped =
-      simulate(std::string("{") + kWay + ", acceleration_mps2: 2, height_above_terrain_m: 1.5}");
+      simulate(std::string("{") + kRoute + ", acceleration_mps2: 2, height_above_terrain_m: 1.5}");
   EXPECT_TRUE(clamped.trajectory().smooth());
   EXPECT_NEAR(clamped.vehicle_pose(clamped.begin() + 4.0).position.height_m, 6.5, 0.01);
   EXPECT_THAT(clamped.warnings(),
@@ -262,7 +262,7 @@ TEST(WheelRun, WheelsSlip) {
 TEST(InertialRun, OptionsAreChecked) {
   const auto refusal = [](const std::string& imu) {
     return canyon::test::refusal(
-        [&] { (void)parse_scenario(scenario_text(std::string("{") + kWay + "}", imu), "s.yaml"); });
+        [&] { (void)parse_scenario(scenario_text(std::string("{") + kRoute + "}", imu), "s.yaml"); });
   };
   EXPECT_THAT(refusal("rate_hz: 20000"), ::testing::HasSubstr("rate_hz"));
   EXPECT_THAT(refusal("profile: naval"), ::testing::HasSubstr("tactical"));

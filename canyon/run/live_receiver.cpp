@@ -66,7 +66,7 @@ struct LiveReceiver::Impl {
         sky(shared ? std::move(given) : make_sky(start)),
         sky_begin(start),
         environment(simulation::make_environment(scene, *sky, config.sky, config.seed)),
-        way(std::move(known)),
+        whole_road(std::move(known)),
         faults(make_faults()),
         receiver(make_receiver()) {
     if (config.base() != nullptr) {
@@ -86,7 +86,7 @@ struct LiveReceiver::Impl {
   [[nodiscard]] receiver::Receiver make_receiver() const {
     const ReceiverConfig& of = config.receiver();
     std::vector<disturbance::DisturbanceSource> sources =
-        of.fixed ? of.disturbances : with_streets(of, environment.city(), way ? way : road);
+        of.fixed ? of.disturbances : with_streets(of, environment.city(), whole_road ? whole_road : road);
     sources.push_back(disturbance::FaultTimeline::source(faults));
     sources.push_back({"put elsewhere", [at = put_elsewhere](std::uint64_t /*seed*/, const std::string&) {
                          return std::make_unique<HotRestart>(at);
@@ -191,16 +191,16 @@ struct LiveReceiver::Impl {
         std::exchange(last_step, LastStep{antenna.time, enu_m, std::max(stated_mps, kTeleport_mps / 2)});
     if (!before) return;
     const double step_s = antenna.time - before->time;
-    const double way_m = (enu_m - before->enu_m).norm();
-    last_step->speed_mps = step_s > 0 ? std::max(stated_mps, way_m / step_s) : before->speed_mps;
+    const double travelled_m = (enu_m - before->enu_m).norm();
+    last_step->speed_mps = step_s > 0 ? std::max(stated_mps, travelled_m / step_s) : before->speed_mps;
     const double reach_m = kSlack_m + 2 * before->speed_mps * step_s +
                            std::min(kHardest_mps2 * step_s / 2, kTeleport_mps) * step_s;
-    if (continuous || way_m <= reach_m) return;
+    if (continuous || travelled_m <= reach_m) return;
     *put_elsewhere = antenna.time;
     road->clear();
     warnings.push_back(fmt::format(
-        "the antenna jumped by {:.0f} m at {:.1f} s: restarting the receiver, as after a hot start", way_m,
-        antenna.time - start));
+        "the antenna jumped by {:.0f} m at {:.1f} s: restarting the receiver, as after a hot start",
+        travelled_m, antenna.time - start));
   }
 
   void restart() {
@@ -240,7 +240,7 @@ struct LiveReceiver::Impl {
   GpsTime sky_begin;
   Environment environment;
   std::shared_ptr<disturbance::Road> road = std::make_shared<disturbance::Road>();  // travelled so far
-  std::shared_ptr<const disturbance::Road> way;  // the whole; null: unknown
+  std::shared_ptr<const disturbance::Road> whole_road;  // the whole; null: unknown
   std::shared_ptr<disturbance::FaultTimeline> faults;
   std::shared_ptr<std::optional<GpsTime>> put_elsewhere = std::make_shared<std::optional<GpsTime>>();  // last
   receiver::Receiver receiver;
@@ -258,9 +258,9 @@ struct LiveReceiver::Impl {
 };
 
 LiveReceiver::LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
-                           std::shared_ptr<const BuiltSky> sky, std::shared_ptr<const disturbance::Road> way)
+                           std::shared_ptr<const BuiltSky> sky, std::shared_ptr<const disturbance::Road> road)
     : impl_(std::make_unique<Impl>(std::move(config), std::move(scene), start, sky != nullptr, std::move(sky),
-                                   std::move(way))) {}
+                                   std::move(road))) {}
 LiveReceiver::~LiveReceiver() = default;
 LiveReceiver::LiveReceiver(LiveReceiver&&) noexcept = default;
 
@@ -348,7 +348,7 @@ LiveReceiver::Step LiveReceiver::observe(const Pose& antenna, const EpochInputs&
   }
   impl.go_to(t, inputs.arrival != nullptr);
   impl.look_for_jump(antenna, enu, inputs.continuous);
-  if (impl.config.receiver().streets.enabled && !impl.way) {
+  if (impl.config.receiver().streets.enabled && !impl.whole_road) {
     impl.road->face({std::cos(antenna.yaw_rad), std::sin(antenna.yaw_rad)});
     impl.road->add(t, enu.head<2>());
   }

@@ -45,7 +45,7 @@ class LiveReceiver {
   /// the configuration has a base (Run supports bases).
   LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, geodesy::GpsTime start,
                std::shared_ptr<const BuiltSky> sky = nullptr,
-               std::shared_ptr<const disturbance::Road> way = nullptr);
+               std::shared_ptr<const disturbance::Road> road = nullptr);
   ~LiveReceiver();
   LiveReceiver(LiveReceiver&&) noexcept;
 

@@ -29,7 +29,7 @@ namespace {
 
 /// Distance from the trajectory within which a scenario reads the tiles of a city model, or keeps the objects
 /// of a large city.
-constexpr double kAboutWay_m = 1000;
+constexpr double kRouteMargin_m = 1000;
 
 using ReadProgress = std::function<void(std::size_t, std::size_t)>;
 
@@ -130,7 +130,7 @@ bool are_tiles(const std::vector<std::filesystem::path>& files) {
 }
 
 /// The trajectory and the fixed receivers; empty if the whole route is not known before the city.
-GeographicBounds way_of(const Scenario& scenario) {
+GeographicBounds route_of(const Scenario& scenario) {
   GeographicBounds bounds;
   const TrajectoryConfig& trajectory = scenario.trajectory;
   std::set<std::size_t> unknown;
@@ -152,14 +152,14 @@ CityConfig about(CityConfig config, const GeographicBounds& points) {
   if (auto* tileset = config.as<tiles::TileOptions>(); tileset && !tileset->bbox_deg)
     tileset->bbox_deg = points.widened(tileset->margin_m);
   if (auto* map = config.as<MapCity>(); map && !map->bbox_deg && are_tiles(map->files))
-    map->bbox_deg = points.widened(kAboutWay_m);
+    map->bbox_deg = points.widened(kRouteMargin_m);
   return config;
 }
 
 }  // namespace
 
 CityConfig city_config(const Scenario& scenario) {
-  return about(scenario.city, way_of(scenario));
+  return about(scenario.city, route_of(scenario));
 }
 
 CityConfig city_config(const Scenario& scenario, const std::array<double, 4>& bbox_deg) {
@@ -185,9 +185,9 @@ void keep_about(city::City& city, const std::array<double, 4>& bbox_deg) {
     }
   }
   const std::size_t dropped = city::keep_within(city.mesh, plan);
-  city.notes.say(
-      ReadReport::Level::Remark,
-      fmt::format("{} objects farther than {:g} m from the trajectory are left out", dropped, kAboutWay_m));
+  city.notes.say(ReadReport::Level::Remark,
+                 fmt::format("{} objects farther than {:g} m from the trajectory are left out", dropped,
+                             kRouteMargin_m));
 }
 
 city::City draw_buildings(city::City city, const CityConfig& config, std::uint64_t seed) {
@@ -223,9 +223,9 @@ city::City draw_city(city::City source, const Scenario& scenario) {
 }
 
 city::City load_city(const Scenario& scenario) {
-  const GeographicBounds way = way_of(scenario);
-  city::City source = load_city_source(about(scenario.city, way));
-  const auto around = way.widened(kAboutWay_m);
+  const GeographicBounds bounds = route_of(scenario);
+  city::City source = load_city_source(about(scenario.city, bounds));
+  const auto around = bounds.widened(kRouteMargin_m);
   if (scenario.city.is<CityFile>() && around && source.mesh.triangles.size() > kLargeCity)
     keep_about(source, *around);
   const auto* tileset = scenario.city.as<tiles::TileOptions>();

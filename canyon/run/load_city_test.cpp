@@ -218,20 +218,20 @@ TEST(LoadCity, OriginOutOfRange) {
 // load_city() of a city alone.
 TEST(LoadCity, FacadesKeepTheTagsOfAMap) {
   const test::TemporaryFolder folder;
-  std::string nodes, ways;
+  std::string nodes, routes;
   for (int i = 0; i < 40; ++i) {
     for (int k = 0; k < 4; ++k) {
       nodes += fmt::format("<node id='{}' lat='{}' lon='{}' version='1'/>", 4 * i + k + 1,
                            48 + (k / 2) * 1e-4, 11 + 3e-4 * i + (k == 1 || k == 2) * 1e-4);
     }
-    ways += fmt::format(
+    routes += fmt::format(
         "<way id='{}' version='1'><nd ref='{}'/><nd ref='{}'/><nd ref='{}'/><nd ref='{}'/><nd ref='{}'/><tag "
         "k='building' v='yes'/>{}</way>",
         i + 1, 4 * i + 1, 4 * i + 2, 4 * i + 3, 4 * i + 4, 4 * i + 1,
         i < 10 ? "<tag k='building:material' v='brick'/>" : "");
   }
   const auto file = folder.write(
-      "m.osm", "<?xml version='1.0'?><osm version='0.6' generator='test'>" + nodes + ways + "</osm>");
+      "m.osm", "<?xml version='1.0'?><osm version='0.6' generator='test'>" + nodes + routes + "</osm>");
   const auto load = [&](const std::string& facades) {
     const Scenario scenario =
         parse_scenario("city: {osm: m.osm" + facades +

@@ -11,7 +11,7 @@ namespace canyon::simulation {
 using geodesy::GpsTime;
 
 Run::Run(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
-         std::shared_ptr<const BuiltSky> sky, std::shared_ptr<const disturbance::Road> way)
+         std::shared_ptr<const BuiltSky> sky, std::shared_ptr<const disturbance::Road> road)
     : configs_(config.receivers), seed_(config.seed) {
   if (!scene) throw InputError("a run needs a scene");
   for (ReceiverConfig& receiver : configs_)
@@ -24,7 +24,7 @@ Run::Run(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
   config.bases_elsewhere = true;  // for each LiveReceiver
   for (const ReceiverConfig& receiver : configs_) {
     config.receivers = {receiver};
-    receivers_.emplace_back(config, scene, start, sky, way);
+    receivers_.emplace_back(config, scene, start, sky, road);
     sky = receivers_.back().shared_sky();
     config.warnings.clear();  // they are reported once
   }

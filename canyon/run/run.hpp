@@ -21,7 +21,7 @@ class Run {
   /// A receiver for each of `config.receivers`; other parameters as LiveReceiver(). Throws as LiveReceiver()
   /// and check_corrections(); resolves fixed positions by FixedPosition::settle().
   Run(LiveConfig config, std::shared_ptr<CityScene> scene, geodesy::GpsTime start,
-      std::shared_ptr<const BuiltSky> sky = nullptr, std::shared_ptr<const disturbance::Road> way = nullptr);
+      std::shared_ptr<const BuiltSky> sky = nullptr, std::shared_ptr<const disturbance::Road> road = nullptr);
 
   [[nodiscard]] std::size_t size() const { return receivers_.size(); }
   [[nodiscard]] LiveReceiver& operator[](std::size_t receiver) { return receivers_[receiver]; }

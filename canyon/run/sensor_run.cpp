@@ -94,14 +94,14 @@ std::optional<WheelsAtWork> WheelRun::next(geodesy::GpsTime until) {
     const double weight = i == steps ? 1 : i % 2 == 1 ? 4 : 2;
     for (std::size_t w = 0; w < sum.size(); ++w) sum[w] += weight * last_[w];
   }
-  WheelPair way_m{};
+  WheelPair travelled_m{};
   for (std::size_t w = 0; w < sum.size(); ++w) {
     result.true_mps[w] = sum[w] / (3 * steps);
-    way_m[w] = result.true_mps[w] * result.dt_s;
+    travelled_m[w] = result.true_mps[w] * result.dt_s;
     for (const inertial::SensorFault& slip : options_.slips)
-      if (slip.holds(interval->to_s)) way_m[w] *= slip.factor;
+      if (slip.holds(interval->to_s)) travelled_m[w] *= slip.factor;
   }
-  result.sample = sensor_.measure(way_m, result.dt_s);
+  result.sample = sensor_.measure(travelled_m, result.dt_s);
   return result;
 }
 

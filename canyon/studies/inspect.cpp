@@ -315,18 +315,18 @@ FileReport inspect_path(const std::filesystem::path& path, const std::string& fo
     simulation::keep_rising(recorded);
     const std::size_t count = recorded.points.size();
     const simulation::TrajectoryFile file = simulation::recorded_trajectory(std::move(recorded));
-    const simulation::Trajectory& way = file.trajectory;
+    const simulation::Trajectory& route = file.trajectory;
     report.uses.emplace_back("canyon validate SCENARIO --truth FILE");
-    report.contents.emplace_back("time",
-                                 dated ? span_text(way.begin(), way.end())
-                                       : fmt::format("{:.0f} s, without a date", way.end() - way.begin()));
     report.contents.emplace_back(
-        "points", dated ? fmt::format("{} points, {} to {}", count, geodesy::format_utc(way.begin(), 0),
-                                      geodesy::format_utc(way.end(), 0))
+        "time", dated ? span_text(route.begin(), route.end())
+                      : fmt::format("{:.0f} s, without a date", route.end() - route.begin()));
+    report.contents.emplace_back(
+        "points", dated ? fmt::format("{} points, {} to {}", count, geodesy::format_utc(route.begin(), 0),
+                                      geodesy::format_utc(route.end(), 0))
                         : fmt::format("{} points", count));
-    report.contents.emplace_back("interval", fmt::format("{:g} s", way.sample_interval_s()));
-    report.contents.emplace_back("length", fmt::format("{:.0f} m", way.length_m()));
-    format_positions(way.at(way.begin()).position, way.at(way.end()).position);
+    report.contents.emplace_back("interval", fmt::format("{:g} s", route.sample_interval_s()));
+    report.contents.emplace_back("length", fmt::format("{:.0f} m", route.length_m()));
+    format_positions(route.at(route.begin()).position, route.at(route.end()).position);
     recorded.report = file.report;
   } else {
     report.contents.emplace_back("points", fmt::format("{}, without times", recorded.points.size()));

@@ -103,14 +103,14 @@ TEST(PathFiles, DetoursAreThoseOfTheirPoints) {
     }
     const Eigen::Vector3d p = point(r, "point");
     Eigen::Vector3d first = p;
-    double way_m = (p - a).norm();
+    double travelled_m = (p - a).norm();
     if (r.at("order") == "2") {
       first = point(r, "far_point");
-      way_m += (first - p).norm();
+      travelled_m += (first - p).norm();
     } else {
       EXPECT_EQ(r.at("far_point_up_m"), "");
     }
-    const double apart = std::abs(way_m - s.dot(first - a) - excess_m);
+    const double apart = std::abs(travelled_m - s.dot(first - a) - excess_m);
     worst_m[kind] = std::max(worst_m[kind], apart);
   }
   for (const auto& [kind, count] : counts) {

@@ -26,8 +26,8 @@ class OsmText {
                          lon);
     return end("node", tags);
   }
-  OsmText& way(std::int64_t id, const std::vector<std::int64_t>& nodes, const Tags& tags = {},
-               int version = 1) {
+  OsmText& osm_way(std::int64_t id, const std::vector<std::int64_t>& nodes, const Tags& tags = {},
+                   int version = 1) {
     body_ += fmt::format(" <way id=\"{}\" version=\"{}\">\n", id, version);
     for (const std::int64_t node : nodes) body_ += fmt::format("  <nd ref=\"{}\"/>\n", node);
     return end("way", tags);
@@ -47,7 +47,7 @@ class OsmText {
         .node(n + 1, lon + side, lat)
         .node(n + 2, lon + side, lat + side)
         .node(n + 3, lon, lat + side);
-    return way(id, {n, n + 1, n + 2, n + 3, n}, tags);
+    return osm_way(id, {n, n + 1, n + 2, n + 3, n}, tags);
   }
 
   /// Appends the objects of another document.

@@ -35,18 +35,18 @@ void write_extract(const std::filesystem::path& path) {
   Random random;
   std::ofstream out(path);
   out << "<?xml version='1.0' encoding='UTF-8'?>\n<osm version='0.6'>\n";
-  std::string ways;
-  std::int64_t node = 0, way = 0;
+  std::string routes;
+  std::int64_t node = 0, route = 0;
   const double lat_per_m = 1 / 111'200.0, lon_per_m = 1 / 74'500.0;  // about latitude 48
   const auto add = [&](const std::vector<std::array<double, 2>>& ring, const std::string& tags) {
-    ways += fmt::format("<way id='{}' version='1'>", ++way);
+    routes += fmt::format("<way id='{}' version='1'>", ++route);
     const std::int64_t first = node + 1;
     for (const auto& [east, north] : ring) {
       out << fmt::format("<node id='{}' version='1' lat='{:.7f}' lon='{:.7f}'/>\n", ++node,
                          48 + north * lat_per_m, 11 + east * lon_per_m);
-      ways += fmt::format("<nd ref='{}'/>", node);
+      routes += fmt::format("<nd ref='{}'/>", node);
     }
-    ways += fmt::format("<nd ref='{}'/>{}</way>\n", first, tags);
+    routes += fmt::format("<nd ref='{}'/>{}</way>\n", first, tags);
   };
   const auto tag = [](const char* key, const std::string& value) {
     return fmt::format("<tag k='{}' v='{}'/>", key, value);
@@ -74,7 +74,7 @@ void write_extract(const std::filesystem::path& path) {
           part + tag("height", "12"));
     }
   }
-  out << ways << "</osm>\n";
+  out << routes << "</osm>\n";
 }
 
 void import_hundred_thousand(benchmark::State& state) {

@@ -670,9 +670,9 @@ TEST(CityBuilderMoscow, GdalsOsmDriverSeesTheSameHeightsAndFootprints) {
     if (line.empty()) continue;
     const nlohmann::json feature = nlohmann::json::parse(line);
     const nlohmann::json& properties = feature.at("properties");
-    const bool way = properties.contains("osm_way_id") && properties.at("osm_way_id").is_string();
-    const std::string id = way ? "way/" + properties.at("osm_way_id").get<std::string>()
-                               : "relation/" + properties.at("osm_id").get<std::string>();
+    const bool forward = properties.contains("osm_way_id") && properties.at("osm_way_id").is_string();
+    const std::string id = forward ? "way/" + properties.at("osm_way_id").get<std::string>()
+                                   : "relation/" + properties.at("osm_id").get<std::string>();
     ASSERT_EQ(ours.count(id), 1U) << id;
     const BuiltFeature& mine = *ours.at(id);
     if (!mine.built) continue;

@@ -19,7 +19,7 @@ std::string seed_document() {
   text.square(1, 10, 50, 0.001, {{"building", "yes"}, {"height", "12 m"}, {"roof:shape", "gabled"}});
   text.square(2, 10.002, 50, 0.003).square(3, 10.003, 50.001, 0.001, {{"building:part", "yes"}});
   text.node(1, 10, 50).node(2, 10.004, 50).node(3, 10.004, 50.004).node(4, 10, 50.004);
-  text.way(11, {1, 2, 3}).way(12, {1, 4, 3}, {{"natural", "tree_row"}});
+  text.osm_way(11, {1, 2, 3}).osm_way(12, {1, 4, 3}, {{"natural", "tree_row"}});
   text.node(5, 10.1, 50, {{"natural", "tree"}});
   text.relation(9, {{"way", 2, "outer"}, {"way", 3, "inner"}},
                 {{"type", "multipolygon"}, {"building", "office"}});

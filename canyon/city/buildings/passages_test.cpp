@@ -35,12 +35,12 @@ bool meets(const city::Mesh& mesh, const Vector3d& from, const Vector3d& directi
   return false;
 }
 
-const std::vector<Vector3d> kWay{{0, 0, 3}, {100, 0, 3}, {160, 80, 3}};
+const std::vector<Vector3d> kRoute{{0, 0, 3}, {100, 0, 3}, {160, 80, 3}};
 
 TEST(Passages, ATunnelHidesAllButItsMouths) {
   city::Mesh mesh;
-  ASSERT_TRUE(
-      append_passage(mesh, "way/1", {{"highway", "primary"}, {"tunnel", "yes"}, {"lanes", "2"}}, kWay, true));
+  ASSERT_TRUE(append_passage(mesh, "way/1", {{"highway", "primary"}, {"tunnel", "yes"}, {"lanes", "2"}},
+                             kRoute, true));
   const Vector3d inside(50, 0, 4.8);
   for (int azimuth = 0; azimuth < 360; azimuth += 5) {
     for (const int elevation : {1, 10, 40, 80}) {
@@ -58,11 +58,11 @@ TEST(Passages, ATunnelHidesAllButItsMouths) {
 
 TEST(Passages, ACoveredWayIsOpenAtItsSidesAndABridgeBelow) {
   city::Mesh covered, bridge;
-  ASSERT_TRUE(append_passage(covered, "way/1", {{"highway", "footway"}, {"covered", "yes"}}, kWay, true));
+  ASSERT_TRUE(append_passage(covered, "way/1", {{"highway", "footway"}, {"covered", "yes"}}, kRoute, true));
   EXPECT_TRUE(meets(covered, {50, 1, 4}, Vector3d::UnitZ()));
   EXPECT_FALSE(meets(covered, {50, 0, 4}, Vector3d::UnitY()));
   ASSERT_TRUE(append_passage(bridge, "way/2", {{"highway", "primary"}, {"bridge", "yes"}, {"layer", "2"}},
-                             kWay, true));
+                             kRoute, true));
   EXPECT_TRUE(meets(bridge, {50, 0, 4}, Vector3d::UnitZ()));
   EXPECT_TRUE(meets(bridge, {50, 0, 3 + 11.9}, Vector3d::UnitZ()));
   EXPECT_FALSE(meets(bridge, {50, 0, 3 + 13.1}, Vector3d::UnitZ())) << "on the deck";

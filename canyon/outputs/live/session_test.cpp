@@ -155,9 +155,9 @@ TEST(Session, LogPosesComeAtTheirStampsAndGoIntoTheCity) {
   EXPECT_NEAR(figures.host_s, 1, 1e-9);
   const auto scene = city_of(s);
   for (std::size_t k = 0; k < kept.epochs.size(); ++k) {
-    const double way = 2 * 0.5 * static_cast<double>(k);
+    const double distance = 2 * 0.5 * static_cast<double>(k);
     const Eigen::Vector3d at = scene->city.frame.local_from_geodetic(kept.epochs[k].truth.position);
-    EXPECT_LE((at - Eigen::Vector3d(10 - 2, 20 + way, 1 + 4)).norm(), 1e-6) << k;
+    EXPECT_LE((at - Eigen::Vector3d(10 - 2, 20 + distance, 1 + 4)).norm(), 1e-6) << k;
     if (k > 0) {
       EXPECT_NEAR(kept.epochs[k].truth.velocity_enu_mps.y(), 10, 1e-3) << k;
     }

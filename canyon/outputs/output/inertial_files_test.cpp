@@ -112,16 +112,16 @@ TEST_F(InertialFilesTest, HaveTheWheels) {
   const auto wheels = rows("wheels.csv", 1), motion = rows("motion.csv", 1);
   ASSERT_EQ(wheels.size(), 60U);
   ASSERT_EQ(wheels[0].size(), 8U);
-  double way_m = 0;
+  double travelled_m = 0;
   for (std::size_t k = 1; k < 60; ++k) {
     EXPECT_NEAR(wheels[k][1], motion[5 * k + 4][1], 1e-9);
     const double mean = (motion[5 * k - 1][5] + motion[5 * k + 4][5]) / 2;  // trapezoidal
     EXPECT_NEAR(wheels[k][6], mean, 2e-3);
     EXPECT_NEAR(wheels[k][2], wheels[k][6], 0.01 / 0.05 + 1e-9);
-    way_m += wheels[k][6] * 0.05;
+    travelled_m += wheels[k][6] * 0.05;
   }
-  EXPECT_NEAR(wheels[59][4] * 0.01, way_m, 0.011);
-  EXPECT_GT(way_m, 3);
+  EXPECT_NEAR(wheels[59][4] * 0.01, travelled_m, 0.011);
+  EXPECT_GT(travelled_m, 3);
 }
 
 TEST_F(InertialFilesTest, AreNotThereWithoutASensor) {

@@ -206,7 +206,8 @@ mavlink::GpsRawInt gps_raw_int(const simulation::Epoch& epoch) {
   if (fix.velocity_covariance_enu) {
     m.speed_accuracy_mps = speed_sigma_mps(fix);
     // Deviation across the track, for small angles; the course of a vehicle at rest is arbitrary.
-    const Eigen::Vector2d way = fix.velocity_enu_mps->head<2>().normalized(), across(-way.y(), way.x());
+    const Eigen::Vector2d direction = fix.velocity_enu_mps->head<2>().normalized(),
+                          across(-direction.y(), direction.x());
     const double across_mps =
         std::sqrt(across.dot(fix.velocity_covariance_enu->topLeftCorner<2, 2>() * across));
     m.course_accuracy_deg = std::min(180.0, degrees(across_mps / m.speed_mps));

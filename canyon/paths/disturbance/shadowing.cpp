@@ -41,18 +41,19 @@ Shadowing::Shadowing(const ShadowingOptions& options, std::uint64_t seed, const 
   axis_.normalize();
 }
 
-void Shadowing::go_to(double way_m, double height_m) {
-  assert(way_m >= way_m_);
+void Shadowing::go_to(double travelled_m, double height_m) {
+  assert(travelled_m >= travelled_m_);
   share_above_ = options_.numbers ? 1 : options_.skyline.share_above(height_m);
-  if (way_m <= way_m_) return;
-  const double steps = (way_m - way_m_) / kCorrelation_m;
+  if (travelled_m <= travelled_m_) return;
+  const double steps = (travelled_m - travelled_m_) / kCorrelation_m;
   const double kept = std::exp(-steps), fresh = std::sqrt(-std::expm1(-2 * steps));
   for (double& level : levels_) level = level * kept + fresh * coins(levels_stream_);
-  way_m_ = way_m;
+  travelled_m_ = travelled_m;
 }
 
 Shadowing::SkyCell Shadowing::locate(const Eigen::Vector3d& direction) const {
-  const double frames = (way_m_ + origin_m_ + kObstacleDistance_m * axis_.dot(direction)) / options_.frame_m;
+  const double frames =
+      (travelled_m_ + origin_m_ + kObstacleDistance_m * axis_.dot(direction)) / options_.frame_m;
   const double frame = std::floor(frames);
   return {static_cast<std::int64_t>(frame), (frames - frame) * options_.frame_m};
 }
@@ -88,11 +89,11 @@ DirectShadowing::DirectShadowing(const ShadowingOptions& options, std::uint64_t 
 
 void DirectShadowing::apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) {
   if (before_) {
-    way_m_ += std::hypot((antenna.position_ecef - before_->position_ecef).norm(),
-                         kObstacleSpeed_mps * (antenna.time - before_->time));
+    travelled_m_ += std::hypot((antenna.position_ecef - before_->position_ecef).norm(),
+                               kObstacleSpeed_mps * (antenna.time - before_->time));
   }
   before_ = antenna;
-  shadowing_.go_to(way_m_, arrival.height_above_ground_m);
+  shadowing_.go_to(travelled_m_, arrival.height_above_ground_m);
   if (arrival.containment != raytrace::Containment::Free) return;
   skyline_.go_to(arrival.antenna_enu.head<2>(), arrival.height_above_ground_m);
   for (propagation::SatelliteView& view : arrival.views) {

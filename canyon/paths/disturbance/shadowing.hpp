@@ -72,7 +72,7 @@ class Shadowing {
 
   /// @param way_m distance travelled since some origin, not less than at the last call
   /// @param height_m of the antenna above the ground
-  void go_to(double way_m, double height_m = SkylineOptions::kBase_m);
+  void go_to(double travelled_m, double height_m = SkylineOptions::kBase_m);
   /// Shadow on a satellite at the last go_to(). @param direction unit, ENU, not below the horizon
   [[nodiscard]] Shadow of(const Eigen::Vector3d& direction);
 
@@ -95,7 +95,7 @@ class Shadowing {
   std::vector<double> levels_;  // of the nodes, unit variance
   Eigen::Vector3d axis_;        // axis along which shadows move with the satellites
   double origin_m_ = 0;         // of frames
-  double way_m_ = 0;
+  double travelled_m_ = 0;
   double share_above_ = 1;  // of obstacles, SkylineOptions::share_above()
   std::vector<SkyNodes::Share> shares_;
 };
@@ -114,7 +114,7 @@ class DirectShadowing : public Disturbance {
   Shadowing shadowing_;
   Skyline skyline_;
   std::optional<propagation::Antenna> before_;
-  double way_m_ = 0;
+  double travelled_m_ = 0;
 };
 
 }  // namespace canyon::disturbance

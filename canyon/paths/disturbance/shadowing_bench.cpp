@@ -26,10 +26,10 @@ std::vector<Eigen::Vector3d> sky() {
 void shadows_of_an_epoch(benchmark::State& state) {
   Shadowing shadowing({}, 1, "bench");
   const std::vector<Eigen::Vector3d> directions = sky();
-  double way_m = 0;
+  double travelled_m = 0;
   for (auto _ : state) {
-    way_m += static_cast<double>(state.range(0));
-    shadowing.go_to(way_m);
+    travelled_m += static_cast<double>(state.range(0));
+    shadowing.go_to(travelled_m);
     for (const Eigen::Vector3d& direction : directions)
       benchmark::DoNotOptimize(shadowing.of(direction).level_db);
   }
@@ -53,9 +53,9 @@ void obstacles_of_an_epoch(benchmark::State& state) {
   dense.environment = ShadowingEnvironment::Dense;
   Skyline skyline(dense, 1);
   const std::vector<Eigen::Vector3d> directions = sky();
-  double way_m = 0;
+  double travelled_m = 0;
   for (auto _ : state) {
-    skyline.go_to({way_m += 10, 0}, 2);
+    skyline.go_to({travelled_m += 10, 0}, 2);
     for (std::int64_t i = 0; i < state.range(0); ++i) {
       benchmark::DoNotOptimize(skyline.level_db(directions[static_cast<std::size_t>(i % 31)]));
     }

@@ -37,8 +37,8 @@ class One {
  public:
   explicit One(const ShadowingOptions& options, std::uint64_t seed = 1, double azimuth_deg = 70)
       : shadowing_(options, seed, "test"), direction_(direction_deg(azimuth_deg, 40)) {}
-  double level_db(double way_m) {
-    shadowing_.go_to(way_m);
+  double level_db(double travelled_m) {
+    shadowing_.go_to(travelled_m);
     last_ = shadowing_.of(direction_);
     return last_.level_db;
   }
@@ -91,11 +91,11 @@ struct Stretch {
   bool shadowed;
   double length_m;
 };
-std::vector<Stretch> stretches(One& shadowing, double way_m, double step_m) {
+std::vector<Stretch> stretches(One& shadowing, double travelled_m, double step_m) {
   std::vector<Stretch> result;
   double since = -1;
   bool state = false;
-  for (long i = 0; i * step_m < way_m; ++i) {
+  for (long i = 0; i * step_m < travelled_m; ++i) {
     (void)shadowing.level_db(i * step_m);
     if (i > 0 && shadowing.shadowed() != state) {
       if (since >= 0) result.push_back({state, i * step_m - since});  // the first one has no start

@@ -216,14 +216,14 @@ struct DiffuseScattering::Impl {
     patches.clear();
     for (std::size_t i = 0; i < sphere.size(); ++i) {
       Vector3d from = antenna, towards = sphere[i];
-      double way_m = 0, carried = share;
+      double travelled_m = 0, carried = share;
       bool scattered_before = false;
       for (int bounce = 0; bounce < options.bounces; ++bounce) {
         const auto hit =
-            scene->cast({from, towards, options.max_range_m - way_m}, scene->surface_offset_m(from));
+            scene->cast({from, towards, options.max_range_m - travelled_m}, scene->surface_offset_m(from));
         const double reflected = hit ? reflectance_of(*hit) : 0;
         if (!(reflected > 0)) break;
-        way_m += hit->range_m;
+        travelled_m += hit->range_m;
         const Vector3d point = from + hit->range_m * towards;
         Patch patch;
         if (bounce == 0) {
@@ -235,7 +235,7 @@ struct DiffuseScattering::Impl {
           patch = patches.back();  // its waves arrive as those of the previous patch
           patch.range_m = (point - antenna).norm();
           patch.towards = (point - antenna) / patch.range_m;
-          patch.detour_m = way_m - patch.range_m;
+          patch.detour_m = travelled_m - patch.range_m;
         }
         patch.normal = hit->front ? hit->normal : Vector3d(-hit->normal);
         patch.lifted = point + scene->surface_offset_m(point) * patch.normal;

@@ -462,14 +462,14 @@ std::optional<Path> FarPath::seen_from(const Vector3d& antenna, const Vector3d& 
 std::optional<DiffusePath> FarScatter::seen_from(const Vector3d& antenna, const Vector3d& direction,
                                                  const Vector3d& from_antenna,
                                                  const Vector3d& from_direction) const {
-  const Vector3d way = path.point - antenna, old_way = path.point - from_antenna;
-  const double leg_m = way.norm(), old_leg_m = old_way.norm();
+  const Vector3d step = path.point - antenna, old_step = path.point - from_antenna;
+  const double leg_m = step.norm(), old_leg_m = old_step.norm();
   if (!(leg_m > 0)) return std::nullopt;
   DiffusePath seen = path;
-  const double turned_m = (direction - from_direction).dot(old_leg_m * from_direction - old_way);
+  const double turned_m = (direction - from_direction).dot(old_leg_m * from_direction - old_step);
   seen.excess_m =
       std::max(0.0, path.excess_m + turned_m + direction.dot(antenna - from_antenna) + leg_m - old_leg_m);
-  seen.arrival = way / leg_m;
+  seen.arrival = step / leg_m;
   return seen;
 }
 

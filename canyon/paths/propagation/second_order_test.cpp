@@ -230,12 +230,12 @@ TEST(SecondOrderCorner, ReturnsEverySatelliteToItsOwnAzimuth) {
       // grazing incidence on either wall (89 deg) there is no path.
       const double across = 20 * s.x() - 12 * s.y();
       if (std::abs(across) < 0.01 || std::min(-s.x(), -s.y()) < std::cos(radians(89))) continue;
-      const double far_way = std::max(24 - 12, 40 - 20) / std::min(-s.x(), -s.y());
+      const double far_path = std::max(24 - 12, 40 - 20) / std::min(-s.x(), -s.y());
       const SatellitePaths satellite = world.trace(antenna, s);
       const std::vector<Path> paths = doubles(satellite);
       const Path* path = paths.empty() ? nullptr : &paths[0];
       if (path == nullptr) {
-        EXPECT_GT(far_way, 250) << azimuth << " " << elevation << ": only out of reach there is none";
+        EXPECT_GT(far_path, 250) << azimuth << " " << elevation << ": only out of reach there is none";
         continue;
       }
       ASSERT_EQ(paths.size(), 1u);

@@ -735,20 +735,20 @@ struct Walk {
     for (int k = 0; k < kWalks; ++k) {
       const double z = 2 * uniform() - 1, turn = 2 * kPi * uniform(), across = std::sqrt(1 - z * z);
       Vector3d towards(across * std::cos(turn), across * std::sin(turn), z), at = antenna;
-      double carried = 4 * kPi / kWalks, way_m = 0;
+      double carried = 4 * kPi / kWalks, travelled_m = 0;
       bool was_scattered = false;
       for (int bounce = 0; bounce < bounces; ++bounce) {
         const double range = range_m(at, towards);
         if (range == 0) break;
         at += range * towards;
-        way_m += range;
+        travelled_m += range;
         const double side = at.y() > 0 ? -1 : 1;  // of the normal
         carried *= reflectance;
         const double cos_lit = side * satellite.y();
         if (cos_lit > 0 && range_m(at, satellite) == 0) {
           const double here = carried * (was_scattered ? 1 : scattered) * cos_lit / kPi;
           power += here;
-          power_excess += here * (way_m - satellite.dot(at - antenna));
+          power_excess += here * (travelled_m - satellite.dot(at - antenna));
         }
         if (uniform() < scattered) {
           was_scattered = true;

@@ -29,15 +29,15 @@ struct Wall {
   [[nodiscard]] Vector3d image(const Vector3d& p) const { return p - 2 * (normal.dot(p) - offset) * normal; }
 };
 
-struct Way {
+struct FoundPath {
   double length_m;
   propagation::PathGeometry geometry;
 };
 
 /// From `source` over both walls to `receiver`; empty if the images give no such path in front of the
 /// (infinite) walls.
-std::optional<Way> way(const Vector3d& source, const Wall& first, const Wall& second,
-                       const Vector3d& receiver) {
+std::optional<FoundPath> path(const Vector3d& source, const Wall& first, const Wall& second,
+                              const Vector3d& receiver) {
   const Vector3d in_second = second.image(receiver), in_both = first.image(in_second);
   const auto meet = [](const Vector3d& from, const Vector3d& to, const Wall& wall) -> Vector3d {
     const double along = (wall.offset - wall.normal.dot(from)) / wall.normal.dot(to - from);
@@ -47,7 +47,7 @@ std::optional<Way> way(const Vector3d& source, const Wall& first, const Wall& se
   const Vector3d k0 = (a - source).normalized(), k1 = (b - a).normalized(), k2 = (receiver - b).normalized();
   const double cos_a = -first.normal.dot(k0), cos_b = -second.normal.dot(k1);
   if (cos_a <= 0.01 || cos_b <= 0.01 || second.normal.dot(k2) <= 0 || first.normal.dot(k1) <= 0) return {};
-  Way result;
+  FoundPath result;
   result.length_m = (a - source).norm() + (b - a).norm() + (receiver - b).norm();
   EXPECT_NEAR(result.length_m, (source - in_both).norm(), 1e-9);
   result.geometry.incidence_count = 2;
@@ -64,7 +64,7 @@ TEST(Reciprocity, OfTwoWalls) {
   constexpr double kL1 = 1575.42e6;
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> along(-60, 60), across(-14, 14), height(0, 40), turn(-0.6, 0.6);
-  int ways = 0, turned = 0;
+  int paths = 0, turned = 0;
   for (int i = 0; i < 500; ++i) {
     // Parallel walls every second time, else rotated and tilted.
     const bool parallel = i % 2 == 0;
@@ -74,10 +74,10 @@ TEST(Reciprocity, OfTwoWalls) {
     const Wall south{yaw * lean * Vector3d::UnitY(), -40, Material::Glass};
     const Vector3d a(along(random), across(random), height(random)),
         b(along(random), across(random), height(random));
-    const auto there = way(a, north, south, b), back = way(b, south, north, a);
+    const auto there = path(a, north, south, b), back = path(b, south, north, a);
     ASSERT_EQ(there.has_value(), back.has_value());
     if (!there) continue;
-    ++ways;
+    ++paths;
     turned += std::abs(std::sin(there->geometry.incidences[1].plane_turn_rad)) > 0.05 ? 1 : 0;
     EXPECT_NEAR(there->length_m, back->length_m, 1e-9);
     if (parallel) {
@@ -91,7 +91,7 @@ TEST(Reciprocity, OfTwoWalls) {
     EXPECT_NEAR(std::abs(forth.rhcp), std::abs(home.rhcp), 1e-12);
     EXPECT_GT(std::abs(forth.rhcp), 1e-4);
   }
-  EXPECT_GT(ways, 300);
+  EXPECT_GT(paths, 300);
   EXPECT_GT(turned, 50);
 }
 

@@ -76,31 +76,31 @@ int main(int argc, char** argv) {
                    across = std::sqrt(1 - z * z);
       Vector3d towards(across * std::cos(turn), across * std::sin(turn), z), from = antenna;
       double carried = 1;
-      std::string ways;
+      std::string routes;
       while (true) {
         const auto hit = scene.cast({from, towards}, scene.surface_offset_m(from));
-        if (ways.empty() && hit && z > low) hidden += 1;
+        if (routes.empty() && hit && z > low) hidden += 1;
         if (!hit) {
-          if (ways.empty() || towards.z() < low) break;
+          if (routes.empty() || towards.z() < low) break;
           if (!scene.occluded({antenna, towards}, scene.surface_offset_m(antenna))) break;
-          power[ways] += carried;
-          if (ways.find('D') == std::string::npos) reached[ways] += 1;
+          power[routes] += carried;
+          if (routes.find('D') == std::string::npos) reached[routes] += 1;
           break;
         }
-        if (surfaces[hit->triangle] == canyon::city::Surface::Terrain || ways.size() == kMost) break;
+        if (surfaces[hit->triangle] == canyon::city::Surface::Terrain || routes.size() == kMost) break;
         const Vector3d normal = hit->front ? hit->normal : Vector3d(-hit->normal);
         const double cosine = std::min(1.0, -normal.dot(towards));
         const Vector3d point = from + hit->range_m * towards;
         from = point + scene.surface_offset_m(point) * normal;
         carried *= reflected_power(mesh.materials[hit->triangle], std::acos(cosine));
         if (uniform(random) < s * s) {
-          ways += 'D';
+          routes += 'D';
           const double u = uniform(random), v = 2 * kPi * uniform(random);
           const Vector3d x = normal.unitOrthogonal();
           towards =
               std::sqrt(u) * (std::cos(v) * x + std::sin(v) * normal.cross(x)) + std::sqrt(1 - u) * normal;
         } else {
-          ways += 'S';
+          routes += 'S';
           towards += 2 * cosine * normal;
         }
         towards.normalize();
@@ -109,19 +109,19 @@ int main(int argc, char** argv) {
   }
   std::map<std::string, double> groups;
   double total = 0;
-  for (const auto& [ways, sum] : power) {
+  for (const auto& [routes, sum] : power) {
     total += sum;
-    const bool mirror = ways.find('D') == std::string::npos;
-    const auto scattered = std::count(ways.begin(), ways.end(), 'D');
-    groups[mirror             ? fmt::format("{} reflections", ways.size())
-           : ways.size() == 1 ? "scatter"
-           : scattered == 1   ? fmt::format("scatter and {} reflections", ways.size() - 1)
-                              : fmt::format("{} scatters and more, {} in all", 2, ways.size())] += sum;
+    const bool mirror = routes.find('D') == std::string::npos;
+    const auto scattered = std::count(routes.begin(), routes.end(), 'D');
+    groups[mirror               ? fmt::format("{} reflections", routes.size())
+           : routes.size() == 1 ? "scatter"
+           : scattered == 1     ? fmt::format("scatter and {} reflections", routes.size() - 1)
+                                : fmt::format("{} scatters and more, {} in all", 2, routes.size())] += sum;
   }
   fmt::print("all: {:.1f} dB over the line of sight in the mean of the hidden sky above 10 deg\n",
              10 * std::log10(total / hidden));
   for (const auto& [name, sum] : groups)
     fmt::print("{:34} {:6.1f} dB {:5.1f} %\n", name, 10 * std::log10(sum / hidden), 100 * sum / total);
-  for (const auto& [ways, count] : reached)
-    fmt::print("{:6} paths to a hidden satellite: {:.3f}\n", ways, count / hidden);
+  for (const auto& [routes, count] : reached)
+    fmt::print("{:6} paths to a hidden satellite: {:.3f}\n", routes, count / hidden);
 }

@@ -84,15 +84,15 @@ void CorrectionLink::send(geodesy::GpsTime time, std::shared_ptr<const Correctio
     corrections = std::make_shared<const Corrections>(std::move(wrong));
   }
   Sent sent{time + (options_.latency_s + late * options_.jitter_s), std::move(corrections)};
-  const auto behind = std::upper_bound(on_their_way_.begin(), on_their_way_.end(), sent,
+  const auto behind = std::upper_bound(in_transit_.begin(), in_transit_.end(), sent,
                                        [](const Sent& a, const Sent& b) { return a.due < b.due; });
-  on_their_way_.insert(behind, std::move(sent));
+  in_transit_.insert(behind, std::move(sent));
 }
 
 std::shared_ptr<const Corrections> CorrectionLink::take(geodesy::GpsTime time) {
   std::shared_ptr<const Corrections> latest;
-  for (; !on_their_way_.empty() && on_their_way_.front().due <= time; on_their_way_.pop_front()) {
-    std::shared_ptr<const Corrections>& next = on_their_way_.front().corrections;
+  for (; !in_transit_.empty() && in_transit_.front().due <= time; in_transit_.pop_front()) {
+    std::shared_ptr<const Corrections>& next = in_transit_.front().corrections;
     if (given_ && next->receiver_time <= *given_) continue;  // overtaken
     given_ = next->receiver_time;
     latest = std::move(next);

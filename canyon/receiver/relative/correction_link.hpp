@@ -108,7 +108,7 @@ class CorrectionLink {
   CorrectionOptions options_;
   RandomStream random_;
   std::optional<geodesy::GpsTime> begin_, sent_, given_;  // of the run, of the base's epochs
-  std::deque<Sent> on_their_way_;                         // by `due`
+  std::deque<Sent> in_transit_;                           // by `due`
 };
 
 }  // namespace canyon::relative

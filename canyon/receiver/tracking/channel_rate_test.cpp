@@ -13,13 +13,14 @@ using namespace canyon::test;
 
 /// Geometric range plus the detour over a fixed point [m] of a satellite at kTime + t; the antenna passes
 /// `start` (ENU). The last leg and the difference of the two ranges are exact, not of a plane wave.
-struct Ways {
+struct PathPair {
   orbit::LineOfSight line;
   Eigen::Vector3d antenna;
   double direct_m = 0, over_point_m = 0;
 };
-Ways ways(gnss::SatelliteId id, double t, const Eigen::Vector3d& velocity, const Eigen::Vector3d& point) {
-  Ways result;
+PathPair routes(gnss::SatelliteId id, double t, const Eigen::Vector3d& velocity,
+                const Eigen::Vector3d& point) {
+  PathPair result;
   result.antenna = Eigen::Vector3d(3, 4, 2) + t * velocity;
   result.line = *orbit::line_of_sight(four_systems(), id, kTime + t, kFrame.ecef_from_local(result.antenna));
   result.direct_m = result.line.range_m;
@@ -40,9 +41,9 @@ TEST(PathRate, OfAPointAtRestIsTheRateOfItsRange) {
          {Eigen::Vector3d(40, 10, 25), Eigen::Vector3d(-120, 60, 3), Eigen::Vector3d(4, 30, 60)}) {
       for (const PathKind kind : {PathKind::Diffracted, PathKind::Diffuse}) {
         constexpr double kStep = 0.01;  // a point 26 m away: r''' h^2 / 6 is 7e-5 m/s
-        const Ways before = ways(view.line.id, -kStep, velocity, point);
-        const Ways now = ways(view.line.id, 0, velocity, point);
-        const Ways after = ways(view.line.id, kStep, velocity, point);
+        const PathPair before = routes(view.line.id, -kStep, velocity, point);
+        const PathPair now = routes(view.line.id, 0, velocity, point);
+        const PathPair after = routes(view.line.id, kStep, velocity, point);
         Path path;
         path.kind = kind;
         path.arrival = (point - now.antenna).normalized();

@@ -28,12 +28,12 @@ struct ZeroSearch {
   void scan(Real start, Real d, Real direction, Real first_step, Real most_step) {
     *this = {};
     state = State::Scanning;
-    way_ = direction;
+    direction_ = direction;
     most_step_ = most_step;
     step_ = std::clamp(first_step, most_step / 1024, most_step);
     at = start;
     note(d);
-    at += way_ * step_;
+    at += direction_ * step_;
   }
   /// Scans in the direction in which D != 0 moves a replica, while it does. @param expected distance to the
   /// zero, if D were linear
@@ -54,7 +54,7 @@ struct ZeroSearch {
     if (state == State::Refining) return narrow(d);
     if (note(d)) return;
     step_ = std::min(2 * step_, most_step_);
-    at += way_ * step_;
+    at += direction_ * step_;
     if (looks_ >= kMostLooks || (driven_ && since_ < 0)) state = State::Lost;
   }
 
@@ -63,13 +63,13 @@ struct ZeroSearch {
   /// an interval without pull is no crossing.
   bool note(Real d) {
     const int sign = d > 0 ? 1 : d < 0 ? -1 : 0;
-    const int wanted = way_ > 0 ? -1 : 1;
+    const int wanted = direction_ > 0 ? -1 : 1;
     if (sign == wanted) {
       from_ = at;
       d_from_ = d;
       since_ = 0;
     } else if (sign == -wanted && since_ >= 0 && since_ <= 1) {
-      way_ > 0 ? refine(from_, at, d_from_, d) : refine(at, from_, d, d_from_);
+      direction_ > 0 ? refine(from_, at, d_from_, d) : refine(at, from_, d, d_from_);
       return true;
     } else if (since_ >= 0) {
       ++since_;
@@ -105,7 +105,7 @@ struct ZeroSearch {
   }
 
   bool driven_ = false;  // the scan ends if D no longer moves the replica on
-  Real way_ = 1, step_ = 0, most_step_ = 0;
+  Real direction_ = 1, step_ = 0, most_step_ = 0;
   Real from_ = 0, d_from_ = 0;
   int since_ = -1;  // samples since `from_`; -1: none
   Real low_ = 0, high_ = 0, d_low_ = 0, d_high_ = 0;

@@ -71,8 +71,8 @@ TEST(Magnetometer, FeelsWhatStandsByTheWay) {
   constexpr int kRuns = 2000;
   for (int run = 0; run < kRuns; ++run) {
     Magnetometer sensor(options, static_cast<std::uint64_t>(run));
-    const auto error = [&](double way_m) -> Vector3d {
-      return sensor.measure(kField, Matrix3d::Identity(), way_m) - kField;
+    const auto error = [&](double travelled_m) -> Vector3d {
+      return sensor.measure(kField, Matrix3d::Identity(), travelled_m) - kField;
     };
     const Vector3d first = error(1);
     EXPECT_EQ(error(0), first);

@@ -28,9 +28,9 @@ constexpr std::array kLayers{Layer{0, -0.0065}, Layer{11000, 0}, Layer{20000, 0.
 constexpr double kLowest_m = -1000, kHighest_m = 47000;
 
 /// Pressure at the upper end of a vertical path through a layer, over that at its lower end.
-double ratio(double from_k, double gradient_kpm, double way_m) {
-  if (gradient_kpm == 0) return std::exp(-kGravity_mps2 * way_m / (kGasConstant * from_k));
-  return std::pow(1 + gradient_kpm * way_m / from_k, -kGravity_mps2 / (kGasConstant * gradient_kpm));
+double ratio(double from_k, double gradient_kpm, double travelled_m) {
+  if (gradient_kpm == 0) return std::exp(-kGravity_mps2 * travelled_m / (kGasConstant * from_k));
+  return std::pow(1 + gradient_kpm * travelled_m / from_k, -kGravity_mps2 / (kGasConstant * gradient_kpm));
 }
 
 }  // namespace
@@ -46,9 +46,9 @@ Air air_at(double height_m, double sea_level_pressure_pa, double sea_level_tempe
   for (std::size_t i = 0; i < kLayers.size(); ++i) {
     const Layer& layer = kLayers[i];
     const bool last = i + 1 == kLayers.size() || geopotential_m <= kLayers[i + 1].base_m;
-    const double way_m = (last ? geopotential_m : kLayers[i + 1].base_m) - layer.base_m;
-    air.pressure_pa *= ratio(air.temperature_k, layer.gradient_kpm, way_m);
-    air.temperature_k += layer.gradient_kpm * way_m;
+    const double travelled_m = (last ? geopotential_m : kLayers[i + 1].base_m) - layer.base_m;
+    air.pressure_pa *= ratio(air.temperature_k, layer.gradient_kpm, travelled_m);
+    air.temperature_k += layer.gradient_kpm * travelled_m;
     if (last) break;
   }
   return air;
@@ -58,8 +58,8 @@ double pressure_altitude_m(double pressure_pa) {
   double base_pa = kSeaLevel_pa, base_k = kSeaLevel_k, geopotential_m = 0;
   for (std::size_t i = 0; i < kLayers.size(); ++i) {
     const Layer& layer = kLayers[i];
-    const double way_m = i + 1 < kLayers.size() ? kLayers[i + 1].base_m - layer.base_m : 0;
-    const double top_pa = base_pa * ratio(base_k, layer.gradient_kpm, way_m);
+    const double travelled_m = i + 1 < kLayers.size() ? kLayers[i + 1].base_m - layer.base_m : 0;
+    const double top_pa = base_pa * ratio(base_k, layer.gradient_kpm, travelled_m);
     if (i + 1 == kLayers.size() || pressure_pa >= top_pa) {
       const double scale = kGasConstant / kGravity_mps2;
       geopotential_m =
@@ -70,7 +70,7 @@ double pressure_altitude_m(double pressure_pa) {
       break;
     }
     base_pa = top_pa;
-    base_k += layer.gradient_kpm * way_m;
+    base_k += layer.gradient_kpm * travelled_m;
   }
   return kEarthRadius_m * geopotential_m / (kEarthRadius_m - geopotential_m);
 }
@@ -114,9 +114,9 @@ Magnetometer::Magnetometer(const MagnetometerOptions& options, std::uint64_t see
 }
 
 Eigen::Vector3d Magnetometer::measure(const Eigen::Vector3d& field_enu_t,
-                                      const Eigen::Matrix3d& enu_from_sensor, double way_m) {
-  if (options_.surroundings_ut > 0 && way_m > 0) {
-    const double keep = std::exp(-way_m / kSurroundings_m);
+                                      const Eigen::Matrix3d& enu_from_sensor, double travelled_m) {
+  if (options_.surroundings_ut > 0 && travelled_m > 0) {
+    const double keep = std::exp(-travelled_m / kSurroundings_m);
     steel_enu_t_ = keep * steel_enu_t_ + options_.surroundings_ut * 1e-6 * std::sqrt(1 - keep * keep) *
                                              three_normals(steel_random_);
   }
@@ -132,14 +132,14 @@ Wheels::Wheels(const WheelOptions& options, std::uint64_t seed) : options_(optio
   }
 }
 
-WheelSample Wheels::measure(const WheelPair& way_m, double dt_s) {
+WheelSample Wheels::measure(const WheelPair& travelled_m, double dt_s) {
   WheelSample sample;
   const double keep = std::exp(-dt_s / options_.slip_time_s);
   if (options_.tick_m > 0) sample.ticks.emplace();
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     Wheel& wheel = wheels_[i];
     wheel.slip = keep * wheel.slip + options_.slip * std::sqrt(1 - keep * keep) * random_.normal();
-    double felt_m = way_m[i] * (1 + wheel.scale + wheel.slip);
+    double felt_m = travelled_m[i] * (1 + wheel.scale + wheel.slip);
     if (!options_.direction) felt_m = std::abs(felt_m);
     wheel.counted_m += felt_m;
     double stated_m = wheel.counted_m;

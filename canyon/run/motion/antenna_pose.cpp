@@ -22,9 +22,11 @@ bool clamp_to_terrain(Pose& pose, const city::City& city, const raytrace::RaySce
   Eigen::Vector3d velocity = city_from_enu * pose.velocity_enu_mps;
   // The vehicle follows the slope: its climb is that of the terrain a twentieth of a second before and after.
   constexpr double kAround_s = 0.05;
-  const Eigen::Vector3d way = velocity * kAround_s;
-  const double ahead = scene.terrain_height(at.x() + way.x(), at.y() + way.y()).value_or(*terrain);
-  const double behind = scene.terrain_height(at.x() - way.x(), at.y() - way.y()).value_or(*terrain);
+  const Eigen::Vector3d direction = velocity * kAround_s;
+  const double ahead =
+      scene.terrain_height(at.x() + direction.x(), at.y() + direction.y()).value_or(*terrain);
+  const double behind =
+      scene.terrain_height(at.x() - direction.x(), at.y() - direction.y()).value_or(*terrain);
   velocity.z() = (ahead - behind) / (2 * kAround_s);
   at.z() = *terrain + height_m;
   pose.position = frame.geodetic_from_local(at);

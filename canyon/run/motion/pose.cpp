@@ -59,9 +59,9 @@ bool same_pose(const RigidPose& a, const RigidPose& b) {
 
 RigidPose motion_between(const RigidPose& from, const RigidPose& to, double seconds) {
   RigidPose motion{to.position_m, to.attitude};
-  const Vector3d way = to.position_m - from.position_m;
-  if (!(way.norm() <= kTeleport_mps * seconds)) return motion;
-  motion.linear_velocity = way / seconds;
+  const Vector3d direction = to.position_m - from.position_m;
+  if (!(direction.norm() <= kTeleport_mps * seconds)) return motion;
+  motion.linear_velocity = direction / seconds;
   Quaterniond turn = to.attitude * from.attitude.inverse();
   if (turn.w() < 0) turn.coeffs() *= -1;  // the same rotation, by the smaller angle
   const double sine = turn.vec().norm();

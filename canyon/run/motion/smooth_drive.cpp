@@ -77,7 +77,7 @@ struct Piece {
   }
   [[nodiscard]] double duration_s() const { return up_s() + cruise_s() + down_s(); }
   /// Distance travelled after `t` seconds [m].
-  [[nodiscard]] double way_m(double t) const {
+  [[nodiscard]] double travelled_m(double t) const {
     if (t < up_s()) return (begin_mps + acceleration * t / 2) * t;
     const double up_m = (begin_mps + top_mps) / 2 * up_s(), cruising = t - up_s();
     if (cruising < cruise_s()) return up_m + top_mps * cruising;
@@ -116,8 +116,8 @@ struct Ride {
     const auto after = std::upper_bound(pieces.begin(), pieces.end(), t,
                                         [](double s, const Piece& piece) { return s < piece.begin_s; });
     const Piece& piece = *std::prev(after);
-    const double way_m = piece.way_m(t - piece.begin_s);
-    return {piece.at(way_m), piece.yaw_rad(way_m)};
+    const double travelled_m = piece.travelled_m(t - piece.begin_s);
+    return {piece.at(travelled_m), piece.yaw_rad(travelled_m)};
   }
 };
 

@@ -29,7 +29,7 @@ double east(const Pose& pose) {
   return kFrame.local_from_geodetic(pose.position).x();
 }
 
-/// The means of a segment extend this far beyond its `way`, at its begin and at its end.
+/// The means of a segment extend this far beyond its `route`, at its begin and at its end.
 constexpr double kReach = SmoothMotion::kReach_s;
 
 // 100 m at 10 m/s and 2 m/s^2: 5 s and 25 m to speed up, as much to stop, 50 m between; 15 s.

@@ -90,8 +90,8 @@ std::vector<UniformSpline::Value> box_means(const std::vector<UniformSpline::Val
 
 }  // namespace
 
-void SmoothMotion::add(double begin_s, double duration_s, const std::function<MotionKnot(double)>& way) {
-  // Knots of the curve are at -kReach_s + k kStep_s of the time of `way`; the means need kBox - 1 more on
+void SmoothMotion::add(double begin_s, double duration_s, const std::function<MotionKnot(double)>& motion) {
+  // Knots of the curve are at -kReach_s + k kStep_s of the time of `route`; the means need kBox - 1 more on
   // either side.
   const auto count = static_cast<std::size_t>(std::ceil((duration_s + 2 * kReach_s) / kStep_s)) + 1;
   constexpr int kMore = kBox - 1;
@@ -99,7 +99,7 @@ void SmoothMotion::add(double begin_s, double duration_s, const std::function<Mo
   values.reserve(count + 2 * static_cast<std::size_t>(kMore));
   for (int k = -kMore; k < static_cast<int>(count) + kMore; ++k) {
     const double t = std::clamp(k * kStep_s - kReach_s, -kReach_s, duration_s + kReach_s);
-    const MotionKnot knot = way(t);
+    const MotionKnot knot = motion(t);
     values.emplace_back(knot.position.x(), knot.position.y(), knot.position.z(), knot.yaw_rad);
   }
   points_ += count;

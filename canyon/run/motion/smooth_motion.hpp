@@ -49,7 +49,7 @@ class SmoothMotion {
   static constexpr double kStep_s = 0.1;
   static constexpr int kBox = 9;  ///< steps of a mean, odd
   static constexpr double kBox_s = kBox * kStep_s;
-  /// Half width of all means [s]: a segment's motion begins and ends this long before and after its `way`.
+  /// Half width of all means [s]: a segment's motion begins and ends this long before and after its `route`.
   static constexpr double kReach_s = (kBox - 1 + 3) * kStep_s;
   /// Variance of the weights: of two boxes of nine steps and a quintic spline.
   static constexpr double kVariance_s2 = (2 * (kBox * kBox - 1) / 12.0 + 0.5) * kStep_s * kStep_s;
@@ -61,8 +61,8 @@ class SmoothMotion {
 
   /// Adds a segment that moves from `begin_s` on. Precondition: `begin_s` is not before end_s(). @param way
   /// motion at seconds after its own begin; called within [-kReach_s, duration_s + kReach_s] @param
-  /// duration_s of `way`; the segment lasts 2 kReach_s longer
-  void add(double begin_s, double duration_s, const std::function<MotionKnot(double)>& way);
+  /// duration_s of `route`; the segment lasts 2 kReach_s longer
+  void add(double begin_s, double duration_s, const std::function<MotionKnot(double)>& motion);
 
   /// End of the last segment; 0 without any.
   [[nodiscard]] double end_s() const { return stretches_.empty() ? 0 : stretches_.back().end_s; }

@@ -347,7 +347,7 @@ Trajectory Trajectory::smoothed(const std::function<Pose(GpsTime)>& pose) const 
   track->frame = geodesy::LocalFrame(first.position);
   const double duration_s = end() - begin();
   double yaw = first.yaw_rad;
-  const auto way = [&](double t) {
+  const auto distance = [&](double t) {
     const Pose at = t < 0 ? first : t > duration_s ? last : pose(begin() + t);
     MotionKnot knot{track->frame.local_from_geodetic(at.position)};
     const double beyond_s = t - std::clamp(t, 0.0, duration_s);
@@ -363,7 +363,7 @@ Trajectory Trajectory::smoothed(const std::function<Pose(GpsTime)>& pose) const 
     return knot;
   };
   SmoothMotion motion;
-  motion.add(0, duration_s, way);
+  motion.add(0, duration_s, distance);
   track->motion = std::move(motion);
   track->motion_begin = begin() + (-SmoothMotion::kReach_s);
   Trajectory smooth = *this;

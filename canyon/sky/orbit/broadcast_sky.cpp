@@ -466,11 +466,11 @@ struct GlonassOrbit::Steps {
   std::array<std::array<Vector6d, kEach + 1>, 2> after;  ///< forwards, backwards
 
   explicit Steps(const gnss::GlonassEphemeris& e) {
-    for (std::size_t way = 0; way < 2; ++way) {
-      after[way][0] = at_toe(e);
+    for (std::size_t route = 0; route < 2; ++route) {
+      after[route][0] = at_toe(e);
       for (std::size_t i = 1; i <= kEach; ++i) {
-        after[way][i] = after[way][i - 1];
-        integrate(e, after[way][i], way == 0 ? kLargestStep : -kLargestStep);
+        after[route][i] = after[route][i - 1];
+        integrate(e, after[route][i], route == 0 ? kLargestStep : -kLargestStep);
       }
     }
   }

@@ -30,11 +30,11 @@ void add(Passes& passes, std::size_t occasion, std::size_t occasions, const Rece
   const std::vector<float>& east_m = record.kept.columns[kept_column("error_east")];
   const std::vector<float>& north_m = record.kept.columns[kept_column("error_north")];
   for (std::size_t i = 0; i < record.kept.size(); ++i) {
-    const double way_m = record.kept.way_m[i];
-    const auto stretch = static_cast<std::size_t>(way_m / step_m);
+    const double travelled_m = record.kept.travelled_m[i];
+    const auto stretch = static_cast<std::size_t>(travelled_m / step_m);
     if (stretch >= kMostStretches) {
-      throw InputError(fmt::format("along_m: a route of {:.0f} m has more than {} segments of {} m", way_m,
-                                   kMostStretches, step_m),
+      throw InputError(fmt::format("along_m: a route of {:.0f} m has more than {} segments of {} m",
+                                   travelled_m, kMostStretches, step_m),
                        "use longer segments");
     }
     while (passes.size() <= stretch) passes.emplace_back(occasions);

@@ -266,7 +266,7 @@ class Writer {
         if (k == 0) {
           std::copy(kept.time_s.begin(), kept.time_s.end(), to);
         } else {
-          const std::vector<float>& column = k + 1 < kept_.size() ? kept.columns[k - 1] : kept.way_m;
+          const std::vector<float>& column = k + 1 < kept_.size() ? kept.columns[k - 1] : kept.travelled_m;
           std::copy(column.begin(), column.end(), to);
         }
       }

@@ -145,7 +145,7 @@ RecordSink::RecordSink(const std::vector<std::string>& receivers, std::optional<
       records_(receivers.size()),
       available_m_(available_m),
       keep_(keep_epochs),
-      ways_(receivers.size()) {
+      distances_(receivers.size()) {
   for (std::size_t i = 0; i < receivers.size(); ++i) records_[i].name = receivers[i];
 }
 
@@ -168,10 +168,10 @@ void RecordSink::write(const simulation::Epoch& epoch) {
   for (std::size_t k = 0; k < columns.size(); ++k)
     record.kept.columns[k].push_back(static_cast<float>(columns[k]->value(output::Row{epoch})));
   record.kept.time_s.push_back(time - *first_);
-  Way& way = ways_.at(epoch.receiver);
-  if (way.last_ecef) way.gone_m += (epoch.truth_ecef - *way.last_ecef).norm();
-  way.last_ecef = epoch.truth_ecef;
-  record.kept.way_m.push_back(static_cast<float>(way.gone_m));
+  DistanceCounter& route = distances_.at(epoch.receiver);
+  if (route.last_ecef) route.gone_m += (epoch.truth_ecef - *route.last_ecef).norm();
+  route.last_ecef = epoch.truth_ecef;
+  record.kept.travelled_m.push_back(static_cast<float>(route.gone_m));
 }
 
 std::vector<ReceiverRecord> RecordSink::take() {

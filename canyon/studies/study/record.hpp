@@ -34,7 +34,7 @@ inline constexpr double kBinsPerDecade = 20, kLeastError_m = 1e-3;
 /// Stored epochs, by columns.
 struct KeptEpochs {
   std::vector<double> time_s;               ///< from the run's first epoch
-  std::vector<float> way_m;                 ///< distance travelled by the antenna since the first epoch
+  std::vector<float> travelled_m;           ///< distance travelled by the antenna since the first epoch
   std::vector<std::vector<float>> columns;  ///< by kept_columns(), none without epochs; NaN: no value
 
   [[nodiscard]] std::size_t size() const { return time_s.size(); }
@@ -82,11 +82,11 @@ class RecordSink final : public simulation::EpochSink {
   std::optional<double> available_m_;
   bool keep_;
   std::optional<geodesy::GpsTime> first_;
-  struct Way {
+  struct DistanceCounter {
     std::optional<Eigen::Vector3d> last_ecef;
     double gone_m = 0;
   };
-  std::vector<Way> ways_;  ///< by receiver
+  std::vector<DistanceCounter> distances_;  ///< by receiver
 };
 
 }  // namespace canyon::study

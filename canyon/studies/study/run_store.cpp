@@ -120,7 +120,7 @@ void write_epochs(const fs::path& folder, const RunRecord& record) {
   for (const ReceiverRecord& receiver : record.receivers) {
     put(bytes, static_cast<std::uint64_t>(receiver.kept.size()));
     put_all(bytes, receiver.kept.time_s);
-    put_all(bytes, receiver.kept.way_m);
+    put_all(bytes, receiver.kept.travelled_m);
     for (const std::vector<float>& column : receiver.kept.columns) put_all(bytes, column);
   }
   std::string crc;
@@ -315,7 +315,8 @@ void read_epochs(const fs::path& folder, RunRecord& record) {
     std::uint64_t count = 0;
     if (!get(bytes, count) || count > bytes.size()) throw damaged();
     if (count > 0) receiver.kept.columns.resize(kept_columns().size());
-    bool whole = get_all(bytes, receiver.kept.time_s, count) && get_all(bytes, receiver.kept.way_m, count);
+    bool whole =
+        get_all(bytes, receiver.kept.time_s, count) && get_all(bytes, receiver.kept.travelled_m, count);
     for (std::vector<float>& column : receiver.kept.columns) whole = whole && get_all(bytes, column, count);
     if (!whole) throw damaged();
   }

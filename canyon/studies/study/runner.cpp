@@ -303,10 +303,10 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kMostStarts = 2000;
-constexpr int kWays = 64, kWaysAhead = 24;
+constexpr int kRoutes = 64, kForwardCandidates = 24;
 constexpr std::array kLegs_m{150.0, 100.0, 70.0, 45.0, 25.0};
-constexpr double kMargin_m = 3;     ///< from the obstacle at a leg's end
-constexpr double kBesideWay_m = 2;  ///< from houses next to it
+constexpr double kMargin_m = 3;    ///< from the obstacle at a leg's end
+constexpr double kOffTrack_m = 2;  ///< from houses next to it
 /// In a street, houses are this near on both sides, this high above the horizon, on this fraction of a leg.
 constexpr double kToHouse_m = 40, kHouse_rad = 10.0 / 180 * geodesy::kPi, kShareOfLeg = 0.8;
 constexpr double kEye_m = 1.5, kStep_m = 5;
@@ -333,15 +333,15 @@ class Driver {
     while (drive.empty() || away_m < kLeavesCourt_m) {
       const auto next = leg(corners, heading);
       if (!next || left_m < -4 * kLeavesCourt_m) return {};
-      const Vector3d way = *next - corners.back();
+      const Vector3d direction = *next - corners.back();
       corners.push_back(*next);
-      if (drive.empty() && way.norm() >= left_m) {
+      if (drive.empty() && direction.norm() >= left_m) {
         drive = corners;
-        drive.back() -= (1 - left_m / way.norm()) * way;
+        drive.back() -= (1 - left_m / direction.norm()) * direction;
       }
-      left_m -= way.norm();
+      left_m -= direction.norm();
       away_m = std::max(away_m, (*next - *start).norm());
-      heading = std::atan2(way.y(), way.x());
+      heading = std::atan2(direction.y(), direction.x());
     }
     return drive;
   }
@@ -354,9 +354,9 @@ class Driver {
   }
 
   [[nodiscard]] bool free(const Vector3d& from, const Vector3d& to, double further_m) const {
-    const Vector3d way = to - from;
-    const double length = way.norm();
-    return length > 0 && !scene_.scene.occluded({from, way / length, length + further_m},
+    const Vector3d direction = to - from;
+    const double length = direction.norm();
+    return length > 0 && !scene_.scene.occluded({from, direction / length, length + further_m},
                                                 scene_.scene.surface_offset_m(from));
   }
 
@@ -372,7 +372,7 @@ class Driver {
         const Vector3d up = std::cos(kHouse_rad) * level + std::sin(kHouse_rad) * Vector3d::UnitZ();
         const auto hit = scene_.scene.cast({eye, up, kToHouse_m}, scene_.scene.surface_offset_m(eye));
         if (!hit || scene_.city.mesh.surface_of(hit->triangle) != city::Surface::Building) continue;
-        if (hit->range_m < kBesideWay_m) return false;
+        if (hit->range_m < kOffTrack_m) return false;
         house = true;
       }
       if (!house) return false;
@@ -382,12 +382,12 @@ class Driver {
 
   /// Whether a leg ends between houses, and most of it is between houses.
   [[nodiscard]] bool street(const Vector3d& from, const Vector3d& to) const {
-    const Vector3d way = to - from;
-    const double heading = std::atan2(way.y(), way.x());
-    const int steps = static_cast<int>(std::ceil(way.norm() / kStep_m));
+    const Vector3d direction = to - from;
+    const double heading = std::atan2(direction.y(), direction.x());
+    const int steps = static_cast<int>(std::ceil(direction.norm() / kStep_m));
     int others = 0;
     for (int i = steps; i > 0; --i) {
-      const Vector3d at = from + static_cast<double>(i) / steps * way;
+      const Vector3d at = from + static_cast<double>(i) / steps * direction;
       const auto position = on_terrain(at.x(), at.y());
       if (position && between_houses(*position, heading)) continue;
       if (i == steps || ++others > (1 - kShareOfLeg) * steps) return false;
@@ -400,9 +400,9 @@ class Driver {
     const Vector3d& from = corners.back();
     std::optional<Vector3d> best;
     double best_m = 0;
-    for (int way = 0; way < (best ? kWaysAhead : kWays); ++way) {
+    for (int direction = 0; direction < (best ? kForwardCandidates : kRoutes); ++direction) {
       // The first candidates are ahead and to the sides, the last ones in any direction.
-      const double reach = way < kWaysAhead ? 0.67 * geodesy::kPi : geodesy::kPi;
+      const double reach = direction < kForwardCandidates ? 0.67 * geodesy::kPi : geodesy::kPi;
       const double to = heading + (2 * random_.uniform() - 1) * reach;
       for (const double length_m : kLegs_m) {
         if (length_m <= best_m) break;
@@ -447,13 +447,13 @@ simulation::TrajectoryConfig random_drive(const simulation::CityScene& scene, co
   for (int i = 0; i < kMostStarts; ++i) {
     const std::vector<Vector3d> corners = driver.drive();
     if (corners.empty()) continue;
-    simulation::TrajectoryConfig way;
+    simulation::TrajectoryConfig trajectory;
     for (const Vector3d& corner : corners)
-      way.waypoints.push_back(scene.city.frame.geodetic_from_local(corner));
-    way.speed_mps = options.speed_mps;
-    way.acceleration_mps2 = options.acceleration_mps2;
-    way.height_above_terrain_m = options.height_m;
-    return way;
+      trajectory.waypoints.push_back(scene.city.frame.geodetic_from_local(corner));
+    trajectory.speed_mps = options.speed_mps;
+    trajectory.acceleration_mps2 = options.acceleration_mps2;
+    trajectory.height_above_terrain_m = options.height_m;
+    return trajectory;
   }
   throw InputError(fmt::format("no drive of {} m was found in streets of the city '{}', with houses within "
                                "{} m on both sides",

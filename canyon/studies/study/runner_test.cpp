@@ -102,7 +102,7 @@ TEST(StudyRuns, KeepTheCautionsOfTheirCities) {
       .node(1, 114.17, 22.3)
       .node(2, 114.1702, 22.3)
       .node(3, 114.1702, 22.3002)
-      .way(1, {1, 2, 3, 1}, {{"building", "yes"}})
+      .osm_way(1, {1, 2, 3, 1}, {{"building", "yes"}})
       .write(folder / "map.osm");
   std::string text = kStudy;
   const auto from = text.find("{synthetic"), to = text.find('\n', from);
@@ -119,12 +119,12 @@ TEST(StudyRuns, KeepTheCautionsOfTheirCities) {
 }
 
 /// Fraction of the directions 15 deg above the horizon that is hidden along a drive.
-double hidden_share(const simulation::CityScene& scene, const simulation::TrajectoryConfig& way) {
+double hidden_share(const simulation::CityScene& scene, const simulation::TrajectoryConfig& trajectory) {
   constexpr double kUp_rad = geodesy::kPi / 12;
   int hidden = 0, all = 0;
-  for (std::size_t i = 1; i < way.waypoints.size(); ++i) {
-    const Eigen::Vector3d from = scene.city.frame.local_from_geodetic(way.waypoints[i - 1]);
-    const Eigen::Vector3d leg = scene.city.frame.local_from_geodetic(way.waypoints[i]) - from;
+  for (std::size_t i = 1; i < trajectory.waypoints.size(); ++i) {
+    const Eigen::Vector3d from = scene.city.frame.local_from_geodetic(trajectory.waypoints[i - 1]);
+    const Eigen::Vector3d leg = scene.city.frame.local_from_geodetic(trajectory.waypoints[i]) - from;
     for (double m = 2; m < leg.norm(); m += 5) {
       for (int azimuth = 0; azimuth < 12; ++azimuth, ++all) {
         const double at = azimuth * geodesy::kPi / 6;
@@ -142,14 +142,14 @@ int among_houses(const simulation::CityScene& scene, const DriveOptions& options
                  double share = 0.5) {
   int count = 0;
   for (int i = 0; i < 20; ++i) {
-    const auto way = random_drive(scene, options, seed, std::to_string(i));
+    const auto route = random_drive(scene, options, seed, std::to_string(i));
     double length_m = 0;
-    for (std::size_t k = 1; k < way.waypoints.size(); ++k)
-      length_m +=
-          (geodesy::ecef_from_geodetic(way.waypoints[k]) - geodesy::ecef_from_geodetic(way.waypoints[k - 1]))
-              .norm();
+    for (std::size_t k = 1; k < route.waypoints.size(); ++k)
+      length_m += (geodesy::ecef_from_geodetic(route.waypoints[k]) -
+                   geodesy::ecef_from_geodetic(route.waypoints[k - 1]))
+                      .norm();
     EXPECT_NEAR(length_m, options.length_m, 0.5);
-    count += hidden_share(scene, way) > share ? 1 : 0;
+    count += hidden_share(scene, route) > share ? 1 : 0;
   }
   return count;
 }
@@ -395,7 +395,7 @@ TEST(StudyAlong, StretchesHaveTheErrorsOfAllRuns) {
         KeptEpochs& kept = record.receivers.front().kept;
         kept.columns.resize(kept_columns().size());
         kept.time_s.push_back(epoch);
-        kept.way_m.push_back(5.0F * static_cast<float>(epoch));
+        kept.travelled_m.push_back(5.0F * static_cast<float>(epoch));
         for (std::vector<float>& column : kept.columns) column.push_back(0);
         kept.columns[kept_column("error_north")].back() =
             epoch == 3 ? NAN : static_cast<float>(i + 1) + (epoch >= 2 ? 100.0F : 0.0F);

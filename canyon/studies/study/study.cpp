@@ -69,27 +69,27 @@ constexpr double kBytesOfSummary = 1000, kBytesOfEpoch = 76;
 /// Approximate number of epochs of a run: from duration_s, or the length of the route. @param drives of the
 /// study, or null @param report receives the report on the file of a trajectory
 double estimated_epochs(const simulation::Scenario& scenario, const Axis* drives, ReadReport& report) {
-  const simulation::TrajectoryConfig& way = scenario.trajectory;
-  double way_s = scenario.duration_s.value_or(0), rate_hz = scenario.rate_hz.value_or(1);
+  const simulation::TrajectoryConfig& route = scenario.trajectory;
+  double drive_duration_s = scenario.duration_s.value_or(0), rate_hz = scenario.rate_hz.value_or(1);
   if (drives != nullptr) {
-    way_s = drives->drives.length_m / drives->drives.speed_mps;
-  } else if (way.file) {
+    drive_duration_s = drives->drives.length_m / drives->drives.speed_mps;
+  } else if (route.file) {
     const simulation::TrajectoryFile file = simulation::make_trajectory(scenario, 0);
     report.append(file.report);
     const simulation::Trajectory& trajectory = file.trajectory;
-    way_s = trajectory.end() - trajectory.begin();
+    drive_duration_s = trajectory.end() - trajectory.begin();
     rate_hz = scenario.rate_hz.value_or(1 / trajectory.sample_interval_s());
-  } else if (way.waypoints.size() > 1) {
+  } else if (route.waypoints.size() > 1) {
     // Waypoints in the frame of a city that is not yet read have only distances.
     std::vector<Eigen::Vector3d> points;
-    for (const auto& position : way.waypoints) points.push_back(geodesy::ecef_from_geodetic(position));
-    for (const auto& [index, local] : way.local_waypoints) points.at(index) = local;
-    way_s = way.hold_s * static_cast<double>(points.size());
+    for (const auto& position : route.waypoints) points.push_back(geodesy::ecef_from_geodetic(position));
+    for (const auto& [index, local] : route.local_waypoints) points.at(index) = local;
+    drive_duration_s = route.hold_s * static_cast<double>(points.size());
     for (std::size_t i = 1; i < points.size(); ++i)
-      way_s += (points[i] - points[i - 1]).norm() / way.speed_mps;
+      drive_duration_s += (points[i] - points[i - 1]).norm() / route.speed_mps;
   }
-  if (scenario.duration_s) way_s = std::min(way_s, *scenario.duration_s);
-  return std::max(1.0, way_s * rate_hz + 1);
+  if (scenario.duration_s) drive_duration_s = std::min(drive_duration_s, *scenario.duration_s);
+  return std::max(1.0, drive_duration_s * rate_hz + 1);
 }
 
 }  // namespace

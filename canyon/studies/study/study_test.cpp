@@ -195,15 +195,15 @@ TEST(Study, KeyFollowsWhatResultsDependOn) {
   EXPECT_NE(plan_of(axes).key(), plan_of(axes + "keep: epochs\n").key());
   // A file counts by its contents, not by its path.
   const TemporaryFolder one, two;
-  const auto study = [](const TemporaryFolder& folder, const std::string& way) {
-    (void)folder.write("way.csv", way);
+  const auto study = [](const TemporaryFolder& folder, const std::string& route) {
+    (void)folder.write("way.csv", route);
     return StudyPlan::parse(kScenario + std::string("axes: [{key: trajectory, values: [{file: way.csv}]}]\n"),
                             folder.path() / "study.yaml")
         .key();
   };
-  const std::string way = "time,latitude,longitude,height\n0,22.3,114.17,5\n3,22.3001,114.17,5\n";
-  EXPECT_EQ(study(one, way), study(two, way));
-  EXPECT_NE(study(one, way),
+  const std::string route = "time,latitude,longitude,height\n0,22.3,114.17,5\n3,22.3001,114.17,5\n";
+  EXPECT_EQ(study(one, route), study(two, route));
+  EXPECT_NE(study(one, route),
             study(two, "time,latitude,longitude,height\n0,22.3,114.17,5\n3,22.3002,114.17,5\n"));
 }
 

@@ -243,18 +243,18 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
       file && (truth_format.empty() ? simulation::trajectory_format_of(truth) : truth_format) == "nmea";
   const GpsTime start = scenario.start.value_or(of_day ? first : GpsTime{});
   const double geoid_m = environment.city().geoid_undulation_m;
-  const simulation::TrajectoryConfig& way = scenario.trajectory;
-  if (!file && way.waypoints.size() != 1) throw InputError("there is neither a truth nor a position");
+  const simulation::TrajectoryConfig& route = scenario.trajectory;
+  if (!file && route.waypoints.size() != 1) throw InputError("there is neither a truth nor a position");
   simulation::TrajectoryFile path =
       file ? simulation::read_trajectory_file(
-                 truth, truth_format, start, {!way.height_above_terrain_m, geoid_m},
-                 truth == way.file ? way.columns : simulation::TrajectoryColumns{})
+                 truth, truth_format, start, {!route.height_above_terrain_m, geoid_m},
+                 truth == route.file ? route.columns : simulation::TrajectoryColumns{})
            : simulation::TrajectoryFile{
                  simulation::Trajectory::fixed(
                      first - 1,
-                     way.local_waypoints.empty()
-                         ? way.waypoints.front()
-                         : environment.city().frame.geodetic_from_local(way.local_waypoints.front().second),
+                     route.local_waypoints.empty()
+                         ? route.waypoints.front()
+                         : environment.city().frame.geodetic_from_local(route.local_waypoints.front().second),
                      last - first + 2),
                  true,
                  {}};

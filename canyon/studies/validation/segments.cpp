@@ -25,19 +25,19 @@ double angle_between(const Vector2d& a, const Vector2d& b) {
 struct Piece {
   std::size_t first = 0, count = 0;
   double length_m = 0;
-  Vector2d way = Vector2d::Zero();  ///< sum of its steps
+  Vector2d step_sum = Vector2d::Zero();  ///< sum of its steps
 
   void join(const Piece& next) {
     count += next.count;
     length_m += next.length_m;
-    way += next.way;
+    step_sum += next.step_sum;
   }
 };
 
 /// Angle between two pieces to be joined; a piece without displacement fits any other.
 double misfit(const Piece& a, const Piece& b) {
-  if (a.way.norm() < kStep_m || b.way.norm() < kStep_m) return 0;
-  return angle_between(a.way, b.way);
+  if (a.step_sum.norm() < kStep_m || b.step_sum.norm() < kStep_m) return 0;
+  return angle_between(a.step_sum, b.step_sum);
 }
 
 }  // namespace
@@ -53,10 +53,10 @@ std::vector<StreetSegment> street_segments(std::span<const Eigen::Vector3d> poin
     if (step.norm() >= kStep_m) {
       since = points[i].head<2>();
       Piece& current = pieces.back();
-      if (current.way.norm() >= kStep_m && angle_between(current.way, step) > turn)
+      if (current.step_sum.norm() >= kStep_m && angle_between(current.step_sum, step) > turn)
         pieces.push_back({i, 0, 0, Vector2d::Zero()});
       pieces.back().length_m += step.norm();
-      pieces.back().way += step;
+      pieces.back().step_sum += step;
     }
     ++pieces.back().count;
   }
@@ -77,9 +77,9 @@ std::vector<StreetSegment> street_segments(std::span<const Eigen::Vector3d> poin
     segment.first = piece.first;
     segment.count = piece.count;
     segment.length_m = piece.length_m;
-    if (piece.way.norm() >= kStep_m) {
+    if (piece.step_sum.norm() >= kStep_m) {
       segment.heading_deg =
-          geodesy::degrees(geodesy::azimuth_from_yaw(std::atan2(piece.way.y(), piece.way.x())));
+          geodesy::degrees(geodesy::azimuth_from_yaw(std::atan2(piece.step_sum.y(), piece.step_sum.x())));
     }
     segments.push_back(segment);
   }

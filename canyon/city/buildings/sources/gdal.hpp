@@ -160,14 +160,14 @@ class ThreadOption {
 /// if PROJ has none. @param way for messages: "from X to Y"
 [[nodiscard]] inline Transformation best_transformation(OGRSpatialReferenceH from, OGRSpatialReferenceH to,
                                                         const std::filesystem::path& file,
-                                                        const std::string& way, ReadReport& notes) {
+                                                        const std::string& route, ReadReport& notes) {
   if (Transformation exact = transformation(from, to, false)) return exact;
   Transformation guess = transformation(from, to, true);
   if (!guess) {
-    throw InputError(file, 0, "PROJ cannot transform " + way,
+    throw InputError(file, 0, "PROJ cannot transform " + route,
                      "convert it to another reference system first, rasters with gdalwarp -t_srs EPSG:4326");
   }
-  notes.say(ReadReport::Level::Guess, file.filename().string() + ": PROJ has no exact operation " + way +
+  notes.say(ReadReport::Level::Guess, file.filename().string() + ": PROJ has no exact operation " + route +
                                           "; the datums are treated as equal");
   return guess;
 }

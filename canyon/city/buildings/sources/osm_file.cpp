@@ -70,7 +70,7 @@ class OverpassXml {
     }
     return "<osm version=\"0.6\">\n" + xml_ + "</osm>\n";
   }
-  [[nodiscard]] std::size_t ways_without_nodes() const { return without_nodes_; }
+  [[nodiscard]] std::size_t osm_ways_without_nodes() const { return without_nodes_; }
 
  private:
   void add_tags(const Json& element) {
@@ -99,10 +99,10 @@ class OverpassXml {
     const auto next = kNowhere - 1 - static_cast<std::int64_t>(ids_.size());
     return ids_.try_emplace({lat, lon}, next).first->second;
   }
-  void add_way(std::int64_t id, const Json& way) {
-    const Json& nodes = way["nodes"];
-    const Json& geometry = way["geometry"];
-    open("way", id, way);
+  void add_way(std::int64_t id, const Json& route) {
+    const Json& nodes = route["nodes"];
+    const Json& geometry = route["geometry"];
+    open("way", id, route);
     xml_ += ">";
     const bool listed = nodes.is_array();
     const std::size_t count = listed ? nodes.size() : geometry.is_array() ? geometry.size() : 0;
@@ -119,7 +119,7 @@ class OverpassXml {
       if (is_located) xml_ += fmt::format(" lat=\"{:.9f}\" lon=\"{:.9f}\"", lat, lon);
       xml_ += "/>";
     }
-    add_tags(way);
+    add_tags(route);
     xml_ += "</way>\n";
   }
   void add_relation(const Json& relation) {
@@ -206,9 +206,9 @@ std::string osm_xml_from_overpass(const std::filesystem::path& path, std::string
     }
     OverpassXml xml;
     std::string text = xml.take(root["elements"]);
-    if (xml.ways_without_nodes() > 0) {
+    if (xml.osm_ways_without_nodes() > 0) {
       throw InputError(path, 0,
-                       fmt::format("{} ways have neither nodes nor geometry", xml.ways_without_nodes()),
+                       fmt::format("{} ways have neither nodes nor geometry", xml.osm_ways_without_nodes()),
                        "query Overpass with 'out geom', or 'out body; >; out skel'");
     }
     return text;

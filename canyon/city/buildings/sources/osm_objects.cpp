@@ -81,7 +81,7 @@ class ObjectReader {
   OsmObjects read() {
     read_relations();
     if (options_.box) read_nodes_in_box();
-    read_ways();
+    read_osm_ways();
     if (options_.box) drop_what_is_far();
     read_nodes();
     resolve();
@@ -111,9 +111,9 @@ class ObjectReader {
         [&](const osmium::OSMObject& object) { add_relation(static_cast<const osmium::Relation&>(object)); });
     for (const auto& [id, relation] : objects_.relations) {
       for (const OsmMember& member : relation.members)
-        if (member.type == 'w') member_ways_.push_back(member.ref);
+        if (member.type == 'w') member_osm_ways_.push_back(member.ref);
     }
-    make_set(member_ways_);
+    make_set(member_osm_ways_);
   }
 
   void add_relation(const osmium::Relation& relation) {
@@ -148,23 +148,23 @@ class ObjectReader {
     make_set(nodes_in_box_);
   }
 
-  void read_ways() {
+  void read_osm_ways() {
     read_newest(files_, osmium::osm_entity_bits::way, objects_.ways,
                 [&](const osmium::OSMObject& object) { add_way(static_cast<const osmium::Way&>(object)); });
   }
 
-  void add_way(const osmium::Way& way) {
-    const bool member = contains(member_ways_, way.id());
-    const bool foliage = is_foliage_left_out(way.tags());
-    if (!member && !foliage && !tags_matter(way.tags(), options_.foliage)) return;
+  void add_way(const osmium::Way& transmitter_path) {
+    const bool member = contains(member_osm_ways_, transmitter_path.id());
+    const bool foliage = is_foliage_left_out(transmitter_path.tags());
+    if (!member && !foliage && !tags_matter(transmitter_path.tags(), options_.foliage)) return;
     OsmWay fresh;
-    fresh.version = way.version();
-    fresh.tags = tags_of(way);
+    fresh.version = transmitter_path.version();
+    fresh.tags = tags_of(transmitter_path);
     fresh.kind = classify(fresh.tags, options_.foliage);
     if (!member && !foliage && !fresh.kind.kind) return;
-    const auto known = objects_.ways.find(way.id());
+    const auto known = objects_.ways.find(transmitter_path.id());
     const bool newer = known != objects_.ways.end() && known->second.version < fresh.version;
-    for (const osmium::NodeRef& node : way.nodes()) {
+    for (const osmium::NodeRef& node : transmitter_path.nodes()) {
       fresh.nodes.push_back(node.ref());
       // "out geom" of Overpass and osmium's add-locations-to-ways write the positions here.
       const bool is_located = node.location().valid();
@@ -178,7 +178,8 @@ class ObjectReader {
       ++objects_.foliage_left_out;
       if (!member) return;
     }
-    if (OsmWay* position = slot_for(objects_.ways, way.id(), way.version())) *position = std::move(fresh);
+    if (OsmWay* position = slot_for(objects_.ways, transmitter_path.id(), transmitter_path.version()))
+      *position = std::move(fresh);
   }
 
   /// Members of relations were kept at any position.
@@ -188,8 +189,9 @@ class ObjectReader {
       const auto& members = at->second.members;
       const bool close = std::any_of(members.begin(), members.end(), [&](const OsmMember& member) {
         if (member.type == 'r') return true;  // of a type=building relation; few
-        const auto way = objects_.ways.find(member.ref);
-        return member.type == 'w' && way != objects_.ways.end() && way->second.near_box;
+        const auto transmitter_path = objects_.ways.find(member.ref);
+        return member.type == 'w' && transmitter_path != objects_.ways.end() &&
+               transmitter_path->second.near_box;
       });
       if (!close) {
         at = objects_.relations.erase(at);
@@ -206,8 +208,8 @@ class ObjectReader {
   }
 
   void read_nodes() {
-    for (const auto& [id, way] : objects_.ways)
-      wanted_.insert(wanted_.end(), way.nodes.begin(), way.nodes.end());
+    for (const auto& [id, transmitter_path] : objects_.ways)
+      wanted_.insert(wanted_.end(), transmitter_path.nodes.begin(), transmitter_path.nodes.end());
     make_set(wanted_);
     locations_.resize(wanted_.size());
     versions_.resize(wanted_.size());
@@ -262,14 +264,15 @@ class ObjectReader {
   }
 
   void resolve() {
-    for (auto& [id, way] : objects_.ways) {
-      way.positions.reserve(way.nodes.size());
-      for (const OsmId node : way.nodes) {
+    for (auto& [id, transmitter_path] : objects_.ways) {
+      transmitter_path.positions.reserve(transmitter_path.nodes.size());
+      for (const OsmId node : transmitter_path.nodes) {
         const osmium::Location location = location_of(node);
         if (location.is_undefined()) break;
-        way.positions.push_back(position_of(location));
+        transmitter_path.positions.push_back(position_of(location));
       }
-      if (way.positions.size() != way.nodes.size()) way.positions.clear();
+      if (transmitter_path.positions.size() != transmitter_path.nodes.size())
+        transmitter_path.positions.clear();
     }
   }
 
@@ -278,21 +281,21 @@ class ObjectReader {
   LonLatBox wide_;                          ///< unwrapped
   std::optional<double> middle_longitude_;  ///< [deg]
   OsmObjects objects_;
-  std::vector<OsmId> member_ways_;   ///< sorted
-  std::vector<OsmId> nodes_in_box_;  ///< sorted
-  std::vector<OsmId> wanted_;        ///< sorted; the next two members have the same order
+  std::vector<OsmId> member_osm_ways_;  ///< sorted
+  std::vector<OsmId> nodes_in_box_;     ///< sorted
+  std::vector<OsmId> wanted_;           ///< sorted; the next two members have the same order
   std::vector<osmium::Location> locations_;
   std::vector<std::uint32_t> versions_;
   std::unordered_map<OsmId, osmium::Location> node_locations_;
 };
 
-bool is_street(const osmium::OSMObject& way) {
+bool is_street(const osmium::OSMObject& route) {
   const auto is_set = [&](const char* key) {
-    return !std::string_view(way.tags().get_value_by_key(key, "no")).starts_with("no");
+    return !std::string_view(route.tags().get_value_by_key(key, "no")).starts_with("no");
   };
   constexpr std::string_view kStreets[] = {"trunk",       "primary",       "secondary",   "tertiary",
                                            "residential", "living_street", "unclassified"};
-  std::string_view kind = way.tags().get_value_by_key("highway", "");
+  std::string_view kind = route.tags().get_value_by_key("highway", "");
   if (kind.ends_with("_link")) kind.remove_suffix(5);
   return !is_set("tunnel") && !is_set("area") &&
          std::find(std::begin(kStreets), std::end(kStreets), kind) != std::end(kStreets);
@@ -429,11 +432,11 @@ StreetMap read_streets(const std::vector<std::filesystem::path>& paths) {
     std::uint32_t version = 0;
     osmium::Location location;
   };
-  std::map<OsmId, Street> ways;
+  std::map<OsmId, Street> routes;
   std::map<OsmId, NodeLocation> indices;
-  read_newest(files, osmium::osm_entity_bits::way, ways, [&](const osmium::OSMObject& object) {
+  read_newest(files, osmium::osm_entity_bits::way, routes, [&](const osmium::OSMObject& object) {
     if (!is_street(object)) return;
-    Street* street = slot_for(ways, object.id(), object.version());
+    Street* street = slot_for(routes, object.id(), object.version());
     if (street == nullptr) return;
     for (const osmium::NodeRef& node : static_cast<const osmium::Way&>(object).nodes()) {
       street->nodes.push_back(node.ref());
@@ -452,7 +455,7 @@ StreetMap read_streets(const std::vector<std::filesystem::path>& paths) {
     index.emplace(id, streets.positions.size());
     streets.positions.emplace_back(position.location.lon(), position.location.lat());
   }
-  for (const auto& [id, street] : ways) {
+  for (const auto& [id, street] : routes) {
     for (std::size_t i = 1; i < street.nodes.size(); ++i) {
       const auto a = index.find(street.nodes[i - 1]), b = index.find(street.nodes[i]);
       if (a != index.end() && b != index.end()) streets.pieces.emplace_back(a->second, b->second);

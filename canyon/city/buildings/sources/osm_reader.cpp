@@ -50,14 +50,14 @@ MapRing ring_of(const osmium::NodeRefList& nodes, double turn) {
 }
 
 /// libosmium's form of a way, required by the assembler.
-std::size_t append_way(osmium::memory::Buffer& buffer, OsmId id, const OsmWay& way, double turn) {
+std::size_t append_osm_way(osmium::memory::Buffer& buffer, OsmId id, const OsmWay& route, double turn) {
   {
     osmium::builder::WayBuilder builder(buffer);
     builder.set_id(id);
     osmium::builder::WayNodeListBuilder nodes(builder);
-    for (std::size_t i = 0; i < way.nodes.size(); ++i) {
-      nodes.add_node_ref(
-          osmium::NodeRef(way.nodes[i], osmium::Location(way.positions[i].x() - turn, way.positions[i].y())));
+    for (std::size_t i = 0; i < route.nodes.size(); ++i) {
+      nodes.add_node_ref(osmium::NodeRef(
+          route.nodes[i], osmium::Location(route.positions[i].x() - turn, route.positions[i].y())));
     }
   }
   return buffer.commit();
@@ -91,14 +91,14 @@ bool inside(const LonLat& point, const MapRing& ring) {
 
 /// The ring of a closed way, without the last point and repeated points. Empty if the way is not closed or
 /// has fewer than three corners; `problem` gets the reason.
-MapRing ring_of(const OsmWay& way, std::string& problem) {
-  if (way.positions.size() < 2 || way.positions.front() != way.positions.back()) {
+MapRing ring_of(const OsmWay& route, std::string& problem) {
+  if (route.positions.size() < 2 || route.positions.front() != route.positions.back()) {
     problem = "outline not closed";
     return {};
   }
   MapRing ring;
-  ring.reserve(way.positions.size());
-  for (const LonLat& point : way.positions)
+  ring.reserve(route.positions.size());
+  for (const LonLat& point : route.positions)
     if (ring.empty() || point != ring.back()) ring.push_back(point);
   if (ring.size() > 1 && ring.front() == ring.back()) ring.pop_back();
   if (ring.size() < 3) {
@@ -136,7 +136,7 @@ std::vector<MapPolygon> by_roles(const RingMembers& members) {
 /// the geometry. If rings cross each other or themselves, closed member ways are used by their roles (for
 /// repair()), with a `note`. Empty if neither works; `note` gets the reason.
 std::vector<MapPolygon> assemble(OsmId id, const RingMembers& members, std::string& note) {
-  osmium::memory::Buffer ways(4096, osmium::memory::Buffer::auto_grow::yes);
+  osmium::memory::Buffer routes(4096, osmium::memory::Buffer::auto_grow::yes);
   std::vector<std::size_t> offsets;
   const double turn = turn_for_osmium(members);
   for (std::size_t i = 0; i < members.size(); ++i) {
@@ -146,7 +146,7 @@ std::vector<MapPolygon> assemble(OsmId id, const RingMembers& members, std::stri
     if (same != members.begin() + static_cast<std::ptrdiff_t>(i))
       offsets.push_back(offsets[static_cast<std::size_t>(same - members.begin())]);
     else
-      offsets.push_back(append_way(ways, static_cast<OsmId>(i + 1), *members[i].first, turn));
+      offsets.push_back(append_osm_way(routes, static_cast<OsmId>(i + 1), *members[i].first, turn));
   }
   osmium::memory::Buffer relations(4096, osmium::memory::Buffer::auto_grow::yes);
   {
@@ -158,7 +158,7 @@ std::vector<MapPolygon> assemble(OsmId id, const RingMembers& members, std::stri
   }
   relations.commit();
   std::vector<const osmium::Way*> pointers;
-  for (const std::size_t offset : offsets) pointers.push_back(&ways.get<const osmium::Way>(offset));
+  for (const std::size_t offset : offsets) pointers.push_back(&routes.get<const osmium::Way>(offset));
 
   osmium::area::AssemblerConfig config;
   config.create_empty_areas = false;
@@ -205,7 +205,7 @@ class FeatureMaker {
   MapData make() {
     read_building_relations();
     make_multipolygons();  // before ways, because they replace some
-    make_ways();
+    make_osm_ways();
     std::vector<Candidate> all;
     for (auto& [id, tree] : objects_.trees) {
       Candidate candidate;
@@ -264,15 +264,15 @@ class FeatureMaker {
         const bool outline = member.role == "outline" || member.role == "outer";
         const bool part = member.role == "part";
         if (member.type == 'n' || (!outline && !part && !member.role.empty())) continue;
-        const bool way = member.type == 'w';
+        const bool forward = member.type == 'w';
         const bool present =
-            way ? objects_.ways.count(member.ref) > 0 : objects_.relations.count(member.ref) > 0;
+            forward ? objects_.ways.count(member.ref) > 0 : objects_.relations.count(member.ref) > 0;
         if (!present) {
-          missing.push_back(way ? osm_name("way", member.ref) : osm_name("relation", member.ref));
+          missing.push_back(forward ? osm_name("way", member.ref) : osm_name("relation", member.ref));
           continue;
         }
         any = true;
-        auto& memberships = way ? way_memberships_ : relation_memberships_;
+        auto& memberships = forward ? osm_way_memberships_ : relation_memberships_;
         memberships.emplace(member.ref, Membership{id, outline, part});
       }
       if (any && !missing.empty()) {
@@ -320,14 +320,14 @@ class FeatureMaker {
     for (const OsmMember& member : relation.members) {
       const bool rings = member.role.empty() || member.role == "outer" || member.role == "inner";
       if (member.type != 'w' || !rings) continue;
-      const auto way = objects_.ways.find(member.ref);
-      complete = complete && way != objects_.ways.end() && !way->second.positions.empty();
-      if (way == objects_.ways.end()) continue;
+      const auto forward = objects_.ways.find(member.ref);
+      complete = complete && forward != objects_.ways.end() && !forward->second.positions.empty();
+      if (forward == objects_.ways.end()) continue;
       members.emplace_back(member.ref, &member);
       // Old style: the outer ways have the tags.
-      if (member.role != "inner" && says_nothing(relation.tags) && !kind.kind && way->second.kind.kind) {
-        kind = way->second.kind;
-        feature.tags.insert(way->second.tags.begin(), way->second.tags.end());
+      if (member.role != "inner" && says_nothing(relation.tags) && !kind.kind && forward->second.kind.kind) {
+        kind = forward->second.kind;
+        feature.tags.insert(forward->second.tags.begin(), forward->second.tags.end());
       }
     }
     apply_membership(relation_memberships_, id, kind, feature.tags, feature.belongs_to);
@@ -344,19 +344,20 @@ class FeatureMaker {
     }
     // Several whole buildings in one relation: each way has more specific tags than the relation.
     const auto stands_alone = [&](const std::pair<OsmId, const OsmMember*>& member) {
-      const OsmWay& way = objects_.ways.at(member.first);
+      const OsmWay& forward = objects_.ways.at(member.first);
       std::string ignored;
-      return member.second->role != "inner" && way.kind.kind == feature.kind &&
-             !ring_of(way, ignored).empty();
+      return member.second->role != "inner" && forward.kind.kind == feature.kind &&
+             !ring_of(forward, ignored).empty();
     };
     if (members.size() > 1 && std::all_of(members.begin(), members.end(), stands_alone)) {
-      for (const auto& [way, member] : members)
-        objects_.ways.at(way).tags.insert(feature.tags.begin(), feature.tags.end());
+      for (const auto& [forward, member] : members)
+        objects_.ways.at(forward).tags.insert(feature.tags.begin(), feature.tags.end());
       notes_.tell(Level::Remark, "{} multipolygons of whole buildings, read as these", feature.id);
       return;
     }
     RingMembers rings;
-    for (const auto& [way, member] : members) rings.emplace_back(&objects_.ways.at(way), member->role);
+    for (const auto& [forward, member] : members)
+      rings.emplace_back(&objects_.ways.at(forward), member->role);
     std::string note;
     feature.polygons = assemble(id, rings, note);
     if (!note.empty() && kind.left_out.empty()) {
@@ -367,14 +368,14 @@ class FeatureMaker {
     if (feature.polygons.empty()) return;
     const bool one_outer = feature.polygons.size() == 1;
     for (const auto& [way_id, member] : members) {
-      const OsmWay& way = objects_.ways.at(way_id);
-      if (member->role == "inner" || way.kind.kind != feature.kind) continue;
+      const OsmWay& forward = objects_.ways.at(way_id);
+      if (member->role == "inner" || forward.kind.kind != feature.kind) continue;
       // A ring without a role may be an inner one, and another building.
       std::string ignored;
-      const MapRing ring = ring_of(way, ignored);
+      const MapRing ring = ring_of(forward, ignored);
       if (member->role.empty() && !ring.empty() && is_inner(ring, feature.polygons)) continue;
       taken_over_.insert(way_id);
-      if (one_outer) feature.tags.insert(way.tags.begin(), way.tags.end());
+      if (one_outer) feature.tags.insert(forward.tags.begin(), forward.tags.end());
     }
     multipolygons_.push_back(std::move(candidate));
   }
@@ -389,28 +390,28 @@ class FeatureMaker {
     return false;
   }
 
-  void make_ways() {
-    for (auto& [id, way] : objects_.ways) {
+  void make_osm_ways() {
+    for (auto& [id, forward] : objects_.ways) {
       if (taken_over_.count(id) > 0) continue;
       Candidate candidate;
       MapFeature& feature = candidate.feature;
       feature.id = osm_name("way", id);
-      OsmClass kind = way.kind;
-      apply_membership(way_memberships_, id, kind, way.tags, feature.belongs_to);
+      OsmClass kind = forward.kind;
+      apply_membership(osm_way_memberships_, id, kind, forward.tags, feature.belongs_to);
       if (!kind.kind || *kind.kind == FeatureKind::Tree) continue;
       feature.kind = *kind.kind;
       candidate.left_out = kind.left_out;
       std::string problem;
-      if (way.nodes.empty()) {
+      if (forward.nodes.empty()) {
         problem = "without nodes";
-      } else if (way.positions.empty()) {
+      } else if (forward.positions.empty()) {
         problem = "with nodes that are not in the map";
       } else if (feature.kind == FeatureKind::TreeRow || feature.kind == FeatureKind::Passage) {
-        for (const LonLat& point : way.positions)
+        for (const LonLat& point : forward.positions)
           if (feature.line.empty() || point != feature.line.back()) feature.line.push_back(point);
         if (feature.line.size() < 2) problem = "of one point";
       } else {
-        MapRing ring = ring_of(way, problem);
+        MapRing ring = ring_of(forward, problem);
         if (problem.empty()) feature.polygons.push_back({std::move(ring), {}});
       }
       if (!problem.empty()) {
@@ -419,7 +420,7 @@ class FeatureMaker {
           notes_.tell(Level::Loss, "{} ways, " + problem + ", left out", feature.id);
         continue;
       }
-      feature.tags = std::move(way.tags);
+      feature.tags = std::move(forward.tags);
       ways_.push_back(std::move(candidate));
     }
   }
@@ -455,7 +456,7 @@ class FeatureMaker {
   OsmObjects objects_;
   const OsmReadOptions& options_;
   ReadReport notes_;
-  std::map<OsmId, Membership> way_memberships_, relation_memberships_;
+  std::map<OsmId, Membership> osm_way_memberships_, relation_memberships_;
   std::set<OsmId> taken_over_;  ///< ways replaced by a multipolygon
   std::vector<Candidate> ways_, multipolygons_;
 };

@@ -99,7 +99,7 @@ TEST_F(OsmReader, JoinsMultipolygonsOfSeveralOutersAndInners) {
   OsmText text;
   // One outer ring of two open ways, with a hole; a second outer of one closed way.
   text.node(1, 10, 50).node(2, 10.004, 50).node(3, 10.004, 50.004).node(4, 10, 50.004);
-  text.way(11, {1, 2, 3}).way(12, {1, 4, 3});
+  text.osm_way(11, {1, 2, 3}).osm_way(12, {1, 4, 3});
   text.square(13, 10.001, 50.001, 0.002).square(14, 10.01, 50, 0.001);
   text.relation(9,
                 {{"way", 11, "outer"},
@@ -293,15 +293,15 @@ TEST_F(OsmReader, AnUnfinishedAnswerOfOverpassIsRefused) {
 TEST_F(OsmReader, SkipsWhatIsIncompleteByName) {
   OsmText text;
   text.square(1, 10, 50, 0.001, kBuilding);
-  text.way(2, {10, 11, 12, 999, 10}, kBuilding);                                 // a node is missing
-  text.way(3, {10, 11, 12, 13}, kBuilding);                                      // open
-  text.way(4, {10, 11, 11, 10}, kBuilding);                                      // two corners
-  text.way(5, {}, kBuilding);                                                    // nothing
-  text.relation(6, {{"way", 1, "inner"}, {"way", 77, "outer"}}, kMultipolygon);  // a way is missing
-  text.relation(7, {{"way", 2, "outer"}}, kMultipolygon);                        // its way is incomplete
-  text.relation(8, {}, kMultipolygon);                                           // nothing
-  text.way(9, {10, 11, 12}).relation(9, {{"way", 9, "outer"}}, kMultipolygon);   // does not close
-  text.node(500, 10, 50, kBuilding);                                             // a point
+  text.osm_way(2, {10, 11, 12, 999, 10}, kBuilding);                                // a node is missing
+  text.osm_way(3, {10, 11, 12, 13}, kBuilding);                                     // open
+  text.osm_way(4, {10, 11, 11, 10}, kBuilding);                                     // two corners
+  text.osm_way(5, {}, kBuilding);                                                   // nothing
+  text.relation(6, {{"way", 1, "inner"}, {"way", 77, "outer"}}, kMultipolygon);     // a way is missing
+  text.relation(7, {{"way", 2, "outer"}}, kMultipolygon);                           // its way is incomplete
+  text.relation(8, {}, kMultipolygon);                                              // nothing
+  text.osm_way(9, {10, 11, 12}).relation(9, {{"way", 9, "outer"}}, kMultipolygon);  // does not close
+  text.node(500, 10, 50, kBuilding);                                                // a point
   const MapData map = read(text);
   EXPECT_THAT(ids(map), testing::UnorderedElementsAre("way/1"));
   EXPECT_THAT(
@@ -319,7 +319,7 @@ TEST_F(OsmReader, SkipsWhatIsIncompleteByName) {
 TEST_F(OsmReader, NamesTwentyOfManyAndCountsTheRest) {
   OsmText text;
   text.square(1, 10, 50, 0.001, kBuilding);
-  for (int i = 100; i < 150; ++i) text.way(i, {10, 11, 12, 13}, kBuilding);
+  for (int i = 100; i < 150; ++i) text.osm_way(i, {10, 11, 12, 13}, kBuilding);
   const MapData map = read(text);
   ASSERT_EQ(map.notes.lines().size(), 1U);
   EXPECT_THAT(map.notes.lines()[0], StartsWith("50 ways, outline not closed, left out: way/100, way/101"));
@@ -344,7 +344,7 @@ TEST_F(OsmReader, ABowTieIsLeftToTheRepair) {
                                .node(2, 0.001, 0.001)
                                .node(3, 0.001, 0)
                                .node(4, 0, 0.001)
-                               .way(1, {1, 2, 3, 4, 1}, kBuilding));
+                               .osm_way(1, {1, 2, 3, 4, 1}, kBuilding));
   EXPECT_EQ(map.features.at(0).polygons.at(0).outer.size(), 4U);
 }
 
@@ -354,7 +354,7 @@ TEST_F(OsmReader, ReadsFoliageOnlyWhenAsked) {
   text.square(3, 10.02, 50, 0.001)
       .relation(3, {{"way", 3, "outer"}}, {{"type", "multipolygon"}, {"landuse", "forest"}});
   text.node(100, 10.03, 50, {{"natural", "tree"}, {"height", "11"}});
-  text.way(4, {10, 11, 11, 12}, {{"natural", "tree_row"}});
+  text.osm_way(4, {10, 11, 11, 12}, {{"natural", "tree_row"}});
   EXPECT_THAT(ids(read(text)), ElementsAre("way/1"));
   OsmReadOptions options;
   options.foliage = true;
@@ -403,8 +403,8 @@ TEST_F(OsmReader, MergesFilesTakingEachObjectOnce) {
   OsmText a, b;
   a.square(1, 10, 50, 0.001, {{"building", "yes"}, {"height", "3"}}).square(2, 10.01, 50, 0.001);
   b.node(10, 10, 50).node(11, 10.001, 50).node(12, 10.001, 50.001);
-  b.way(1, {10, 11, 12, 10}, {{"building", "yes"}, {"height", "7"}}, 2);  // a newer version
-  b.relation(3, {{"way", 2, "outer"}}, kMultipolygon);                    // of a way in the other file
+  b.osm_way(1, {10, 11, 12, 10}, {{"building", "yes"}, {"height", "7"}}, 2);  // a newer version
+  b.relation(3, {{"way", 2, "outer"}}, kMultipolygon);                        // of a way in the other file
   const auto path_a = a.write(folder_ / "a.osm");
   const auto path_b = b.write(folder_ / "b.osm");
   const MapData ab = read_osm({path_a, path_b});
@@ -424,9 +424,9 @@ TEST_F(OsmReader, TheNewestVersionCountsAlsoWhereItDoesNotMatterAnyMore) {
   OsmText positions, older, newer;
   // Nodes of a house that is unchanged, of one that is deleted or moves, and of its new position.
   positions.square(1, 10, 50, 0.001, kBuilding).square(2, 10.01, 50, 0.001).square(3, 10.01, 51, 0.001);
-  older.way(5, {20, 21, 22, 23, 20}, kBuilding).way(6, {20, 21, 22, 23, 20}, kBuilding);
+  older.osm_way(5, {20, 21, 22, 23, 20}, kBuilding).osm_way(6, {20, 21, 22, 23, 20}, kBuilding);
   older.relation(7, {{"way", 2, "outer"}}, kMultipolygon).node(8, 10.001, 50, tree);
-  newer.way(5, {20, 21, 22, 23, 20}, field, 2).way(6, {30, 31, 32, 33, 30}, kBuilding, 2);
+  newer.osm_way(5, {20, 21, 22, 23, 20}, field, 2).osm_way(6, {30, 31, 32, 33, 30}, kBuilding, 2);
   newer.relation(7, {{"way", 2, "outer"}}, {{"type", "multipolygon"}, {"landuse", "brownfield"}}, 2);
   newer.node(8, 10.001, 51, tree, 2);
   OsmReadOptions options;
@@ -451,8 +451,9 @@ TEST_F(OsmReader, TheNewestVersionCountsAlsoWhereItDoesNotMatterAnyMore) {
 TEST_F(OsmReader, StreetsAreThoseOfTheNewestVersion) {
   const OsmText::Tags street{{"highway", "residential"}}, path{{"highway", "footway"}};
   OsmText positions = OsmText().node(1, 10, 50).node(2, 10.001, 50).node(3, 10.002, 50);
-  const auto a = OsmText(positions).way(4, {1, 2}, street).way(5, {2, 3}, street).write(folder_ / "a.osm");
-  const auto b = OsmText().way(4, {1, 2}, path, 2).way(5, {2, 3}, street).write(folder_ / "b.osm");
+  const auto a =
+      OsmText(positions).osm_way(4, {1, 2}, street).osm_way(5, {2, 3}, street).write(folder_ / "a.osm");
+  const auto b = OsmText().osm_way(4, {1, 2}, path, 2).osm_way(5, {2, 3}, street).write(folder_ / "b.osm");
   EXPECT_EQ(read_streets({a}).pieces.size(), 2U);
   EXPECT_EQ(read_streets({a, b}).pieces.size(), 1U);
   EXPECT_EQ(read_streets({b, a}).pieces.size(), 1U);
@@ -464,7 +465,7 @@ TEST_F(OsmReader, NewObjectsAreThoseOfTheirFile) {
   a.square(-1, 10, 50, 0.001, kBuilding).square(-2, 10.01, 50, 0.001);
   a.relation(-3, {{"way", -2, "outer"}}, kMultipolygon);
   b.square(-1, 10.02, 50, 0.001, kBuilding).square(-2, 10.03, 50, 0.001);
-  b.relation(-3, {{"way", -2, "outer"}}, kMultipolygon).way(-4, {-10, -11, -99, -10}, kBuilding);
+  b.relation(-3, {{"way", -2, "outer"}}, kMultipolygon).osm_way(-4, {-10, -11, -99, -10}, kBuilding);
   const MapData map = read_osm({a.write(folder_ / "a.osm"), b.write(folder_ / "b.osm")});
   EXPECT_THAT(ids(map), UnorderedElementsAre("way/-1", "relation/-3", "way/-1@2", "relation/-3@2"));
   EXPECT_NEAR(feature(map, "way/-1@2").bounds().min().x(), 10.02, 1e-9);
@@ -520,7 +521,7 @@ TEST_F(OsmReader, AVariantOfPbfIsNotCalledDamaged) {
 TEST_F(OsmReader, OrderOfTheFileDoesNotMatter) {
   // Relations before ways before nodes, ids descending and negative (as editors number new objects).
   OsmText text;
-  text.relation(-3, {{"way", -1, "outer"}}, kMultipolygon).way(-1, {-1, -2, -3, -1});
+  text.relation(-3, {{"way", -1, "outer"}}, kMultipolygon).osm_way(-1, {-1, -2, -3, -1});
   text.node(-3, 10, 50.001).node(-2, 10.001, 50).node(-1, 10, 50);
   EXPECT_THAT(ids(read(text)), ElementsAre("relation/-3"));
 }
@@ -573,7 +574,7 @@ TEST_F(OsmReader, FoliageThatIsNotAskedForIsCounted) {
   OsmText text;
   text.square(1, 10, 50, 0.001, kBuilding);
   text.node(50, 10.002, 50, {{"natural", "tree"}}).node(51, 10.003, 50, {{"natural", "tree"}});
-  text.way(60, {50, 51}, {{"natural", "tree_row"}});
+  text.osm_way(60, {50, 51}, {{"natural", "tree_row"}});
   EXPECT_EQ(read(text).foliage_left_out, 3U);
   OsmReadOptions options;
   options.foliage = true;
@@ -667,9 +668,9 @@ TEST_F(OsmReader, ReadsOverpassJson) {
 
 TEST_F(OsmReader, OneWrongPlaceCostsOneBuilding) {
   OsmText text;
-  text.node(1, 10, 89.9999).node(2, 10.001, 90.5).node(3, 10, 90.5).way(4, {1, 2, 3, 1}, kBuilding);
-  text.node(11, 10, 48).node(12, 10.001, 48).node(13, 10, 48.001).way(14, {11, 12, 13, 11}, kBuilding);
-  text.node(22, 0, 0).way(24, {11, 12, 22, 11}, kBuilding);
+  text.node(1, 10, 89.9999).node(2, 10.001, 90.5).node(3, 10, 90.5).osm_way(4, {1, 2, 3, 1}, kBuilding);
+  text.node(11, 10, 48).node(12, 10.001, 48).node(13, 10, 48.001).osm_way(14, {11, 12, 13, 11}, kBuilding);
+  text.node(22, 0, 0).osm_way(24, {11, 12, 22, 11}, kBuilding);
   const MapData map = read_osm({text.write(folder_ / "map.osm")});
   ASSERT_EQ(map.features.size(), 1U);
   EXPECT_EQ(map.features[0].id, "way/14");
@@ -689,16 +690,16 @@ OsmText across_the_antimeridian() {
       .node(1, 179.9999, -17)
       .node(2, -179.9999, -17)
       .node(3, -179.9999, -16.9999)
-      .way(2, {1, 2, 3, 1}, kBuilding)
+      .osm_way(2, {1, 2, 3, 1}, kBuilding)
       .node(4, 179.999, -17.002)
       .node(5, -179.999, -17.002)
       .node(6, -179.999, -17.001)
       .node(7, 179.999, -17.001)
-      .way(3, {4, 5, 6, 7, 4})
+      .osm_way(3, {4, 5, 6, 7, 4})
       .node(8, 179.9995, -17.0018)
       .node(9, -179.9995, -17.0018)
       .node(10, -179.9995, -17.0012)
-      .way(4, {8, 9, 10, 8})
+      .osm_way(4, {8, 9, 10, 8})
       .square(12, -179.98, -17, 0.001, kBuilding)
       .relation(9, {{"way", 3, "outer"}, {"way", 4, "inner"}},
                 {{"type", "multipolygon"}, {"building", "yes"}});

@@ -133,9 +133,9 @@ void draw_reflection_mark(Canvas& canvas, const Point& at, Visibility visibility
 void draw_trail(Canvas& canvas, const SkyLens& lens, const std::vector<SkyPoint>& trail, bool cased) {
   const auto position = [&lens](const SkyPoint& p) { return lens.point(p.azimuth_rad, p.elevation_rad); };
   if (cased) {
-    std::vector<Point> way;
-    for (const SkyPoint& p : trail) way.push_back(position(p));
-    canvas.polyline(way, {kPaper.with_alpha(0.75), 4.6});
+    std::vector<Point> route;
+    for (const SkyPoint& p : trail) route.push_back(position(p));
+    canvas.polyline(route, {kPaper.with_alpha(0.75), 4.6});
   }
   for (std::size_t begin = 0; begin + 1 < trail.size();) {
     std::vector<Point> piece{position(trail[begin])};

@@ -121,19 +121,19 @@ void EphemerisFault::apply(const propagation::Antenna& antenna, propagation::Arr
 Scintillation::Scintillation(const ScintillationOptions& options, const FaultContext& context)
     : options_(options), seed_(context.seed), key_(context.receiver + "/scintillation/" + context.name) {}
 
-Scintillation::Way& Scintillation::way(gnss::SatelliteId id, geodesy::GpsTime time) {
-  const auto found = ways_.find(id);
-  if (found == ways_.end()) {
-    Way way{RandomStream(seed_, key_ + "/" + gnss::to_string(id)), time};
-    way.amplitude_normal = way.stream.normal();
-    way.phase = {way.stream.normal(), way.stream.normal() / options_.phase_correlation_s};
-    return ways_.emplace(id, way).first->second;
+Scintillation::SignalState& Scintillation::state_of(gnss::SatelliteId id, geodesy::GpsTime time) {
+  const auto found = states_.find(id);
+  if (found == states_.end()) {
+    SignalState route{RandomStream(seed_, key_ + "/" + gnss::to_string(id)), time};
+    route.amplitude_normal = route.stream.normal();
+    route.phase = {route.stream.normal(), route.stream.normal() / options_.phase_correlation_s};
+    return states_.emplace(id, route).first->second;
   }
-  Way& way = found->second;
-  const double dt = time - way.last;
-  way.last = time;
+  SignalState& route = found->second;
+  const double dt = time - route.last;
+  route.last = time;
   const double kept = std::exp(-dt / options_.correlation_s);
-  way.amplitude_normal = kept * way.amplitude_normal + std::sqrt(1 - kept * kept) * way.stream.normal();
+  route.amplitude_normal = kept * route.amplitude_normal + std::sqrt(1 - kept * kept) * route.stream.normal();
   // x'' + 2 b x' + b^2 x = white noise, unit variance of x: the transition over dt, and its difference from
   // the stationary covariance diag(1, b^2).
   const double b = 1 / options_.phase_correlation_s;
@@ -144,11 +144,11 @@ Scintillation::Way& Scintillation::way(gnss::SatelliteId id, geodesy::GpsTime ti
   covariance -= (step * covariance * step.transpose()).eval();
   const double first = std::sqrt(std::max(0.0, covariance(0, 0)));
   const double along = first > 0 ? covariance(1, 0) / first : 0;
-  const double n0 = way.stream.normal(), n1 = way.stream.normal();
-  way.phase = (step * way.phase).eval();
-  way.phase += Eigen::Vector2d(first * n0,
-                               along * n0 + std::sqrt(std::max(0.0, covariance(1, 1) - along * along)) * n1);
-  return way;
+  const double n0 = route.stream.normal(), n1 = route.stream.normal();
+  route.phase = (step * route.phase).eval();
+  route.phase += Eigen::Vector2d(
+      first * n0, along * n0 + std::sqrt(std::max(0.0, covariance(1, 1) - along * along)) * n1);
+  return route;
 }
 
 double Scintillation::power(double normal) const {
@@ -162,7 +162,7 @@ double Scintillation::power(double normal) const {
 void Scintillation::apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) {
   for (propagation::SatelliteView& view : arrival.views) {
     if (!holds(options_.satellites, view.line.id)) continue;
-    const Way& here = way(view.line.id, antenna.time);
+    const SignalState& here = state_of(view.line.id, antenna.time);
     const double amplitude = std::sqrt(power(here.amplitude_normal));
     for (propagation::Path& path : view.paths.paths)
       if (from_satellite(path)) path.amplitude_factor *= amplitude;

@@ -97,19 +97,19 @@ class Scintillation final : public Disturbance {
   void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) override;
 
  private:
-  struct Way {
+  struct SignalState {
     RandomStream stream;
     geodesy::GpsTime last;
     double amplitude_normal = 0;
     Eigen::Vector2d phase = Eigen::Vector2d::Zero();  // [rad], [rad/s]
   };
-  [[nodiscard]] Way& way(gnss::SatelliteId id, geodesy::GpsTime time);
+  [[nodiscard]] SignalState& state_of(gnss::SatelliteId id, geodesy::GpsTime time);
   [[nodiscard]] double power(double normal) const;
 
   ScintillationOptions options_;
   std::uint64_t seed_;
   std::string key_;
-  std::map<gnss::SatelliteId, Way> ways_;
+  std::map<gnss::SatelliteId, SignalState> states_;
 };
 
 }  // namespace canyon::disturbance

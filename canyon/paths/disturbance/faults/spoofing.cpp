@@ -37,7 +37,7 @@ PullOffOptions::Progress PullOffOptions::progress(double seconds, double target_
     now = t < until_s ? Progress{acceleration_mps2 * t * t / 2, acceleration_mps2 * t}
                       : Progress{rate_mps * (t - until_s / 2), rate_mps};
   }
-  return now.way_m < target_m ? now : Progress{target_m, 0};
+  return now.travelled_m < target_m ? now : Progress{target_m, 0};
 }
 
 void visit(options::Visitor& v, PullOffOptions& o) {
@@ -143,12 +143,13 @@ std::optional<Spoofing::Copy> Spoofing::copy(gnss::SatelliteId id, const Scene& 
     return orbit::line_of_sight(*context_.sky, id, time - metres / kSpeedOfLight, at);
   };
   const PullOffOptions& pull = options_.pull_off;
-  const Vector3d way(pull.east_m, pull.north_m, pull.up_m);
+  const Vector3d direction(pull.east_m, pull.north_m, pull.up_m);
   const double seconds = time - context_.begin;
-  const double moved_m = pull.progress(seconds, way.norm()).way_m;
-  const double later_m = std::copysign(pull.progress(seconds, std::abs(pull.clock_m)).way_m, pull.clock_m);
+  const double moved_m = pull.progress(seconds, direction.norm()).travelled_m;
+  const double later_m =
+      std::copysign(pull.progress(seconds, std::abs(pull.clock_m)).travelled_m, pull.clock_m);
   Vector3d drawn = point;
-  if (moved_m > 0) drawn += scene.ecef_from_enu * (moved_m * way.normalized());
+  if (moved_m > 0) drawn += scene.ecef_from_enu * (moved_m * direction.normalized());
 
   const auto code = seen(drawn, late_m + later_m);
   if (!code) return std::nullopt;
@@ -167,8 +168,9 @@ void Spoofing::apply(const propagation::Antenna& antenna, propagation::Arrival& 
   constexpr double kHalfStep_s = 0.1;  // of rates
   const Scene scene{antenna, arrival.antenna_enu, arrival.ecef_from_enu};
   const orbit::Observer here(antenna.position_ecef);
-  const std::vector<TransmitterWay> ways = transmitter_.ways(antenna.time, arrival.antenna_enu, gnss::kL1_hz);
-  const double straight_m = ways.front().length_m;
+  const std::vector<TransmitterPath> paths =
+      transmitter_.paths(antenna.time, arrival.antenna_enu, gnss::kL1_hz);
+  const double straight_m = paths.front().length_m;
   const Vector3d velocity_enu = arrival.ecef_from_enu.transpose() * antenna.velocity_ecef;
   const double seconds = antenna.time - context_.begin;
   const double ramp_db =
@@ -201,19 +203,19 @@ void Spoofing::apply(const propagation::Antenna& antenna, propagation::Arrival& 
     path.code_ahead_m = now->range_m - now->carrier_m;
     const double rate_mps = (after->carrier_m - before->carrier_m) / (2 * kHalfStep_s);
     path.code_ahead_mps = (after->range_m - before->range_m) / (2 * kHalfStep_s) - rate_mps;
-    for (const TransmitterWay& way : ways) {
-      path.arrival = way.arrival;
-      path.arrival_elevation_rad = std::asin(std::clamp(way.arrival.z(), -1.0, 1.0));
-      path.reflector = name ^ way.reflector;
-      path.excess_m = now->range_m - line.range_m + (way.length_m - straight_m);
-      path.range_rate_mps = rate_mps + (ways.front().arrival - way.arrival).dot(velocity_enu);
+    for (const TransmitterPath& transmitter_path : paths) {
+      path.arrival = transmitter_path.arrival;
+      path.arrival_elevation_rad = std::asin(std::clamp(transmitter_path.arrival.z(), -1.0, 1.0));
+      path.reflector = name ^ transmitter_path.reflector;
+      path.excess_m = now->range_m - line.range_m + (transmitter_path.length_m - straight_m);
+      path.range_rate_mps = rate_mps + (paths.front().arrival - transmitter_path.arrival).dot(velocity_enu);
       for (const gnss::Signal* signal : signals_) {
         if (signal->system != id.system || !gnss::transmits(id, *signal, antenna.time)) continue;
         const double nominal = nominal_dbw(*signal, line.elevation_rad);
         const double advantage_db =
-            ramp_db + (options_.power_dbm ? *options_.power_dbm - 30 + way.gain_db - nominal
-                                          : options_.advantage_db - way.obstruction_db +
-                                                20 * std::log10(straight_m / way.length_m));
+            ramp_db + (options_.power_dbm ? *options_.power_dbm - 30 + transmitter_path.gain_db - nominal
+                                          : options_.advantage_db - transmitter_path.obstruction_db +
+                                                20 * std::log10(straight_m / transmitter_path.length_m));
         path.amplitude_factor = std::pow(10, advantage_db / 20);
         path.signals = 1U << gnss::index_of(*signal);
         view->paths.paths.push_back(path);
@@ -225,7 +227,7 @@ void Spoofing::apply(const propagation::Antenna& antenna, propagation::Arrival& 
         wave.spectrum.chip_rate_hz = signal->chip_rate_hz;
         wave.power_dbw = nominal + advantage_db;
         wave.polarisation = propagation::Polarisation::Right;
-        wave.arrival = way.arrival;
+        wave.arrival = transmitter_path.arrival;
         wave.copy_of = id;
         arrival.interference.push_back(wave);
       }

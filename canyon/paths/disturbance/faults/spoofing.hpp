@@ -22,7 +22,7 @@ struct PullOffOptions {
 
   /// Distance [m] and speed [m/s] `seconds` after its begin. @param target_m >= 0
   struct Progress {
-    double way_m = 0, speed_mps = 0;
+    double travelled_m = 0, speed_mps = 0;
   };
   [[nodiscard]] Progress progress(double seconds, double target_m) const;
 };

@@ -100,9 +100,9 @@ std::vector<Station> profile_aside(const raytrace::RayScene& rays, const Line& l
 }
 
 bool clear(const raytrace::RayScene& rays, const Vector3d& from, const Vector3d& to) {
-  const Vector3d way = to - from;
-  const double length_m = way.norm(), end_m = rays.surface_offset_m(from) + rays.surface_offset_m(to);
-  return length_m <= end_m || !rays.occluded({from, way / length_m, length_m - end_m}, end_m);
+  const Vector3d direction = to - from;
+  const double length_m = direction.norm(), end_m = rays.surface_offset_m(from) + rays.surface_offset_m(to);
+  return length_m <= end_m || !rays.occluded({from, direction / length_m, length_m - end_m}, end_m);
 }
 
 double obstruction_db(const raytrace::RayScene& rays, const Line& line, double top_m, double wavelength_m) {
@@ -179,25 +179,25 @@ Transmitter::Transmitter(const TransmitterOptions& options, const FaultContext& 
   if (!context.city->mesh.vertices.empty()) top_m_ = context.city->bounds().max.z();
 }
 
-TransmitterWay Transmitter::way(geodesy::GpsTime time, const Vector3d& antenna_enu,
-                                double frequency_hz) const {
+TransmitterPath Transmitter::shortest_path(geodesy::GpsTime time, const Vector3d& antenna_enu,
+                                           double frequency_hz) const {
   const Vector3d from = position(time), between = antenna_enu - from;
   const double wavelength_m = geodesy::kSpeedOfLight / frequency_hz;
-  TransmitterWay way;
-  way.length_m = between.norm();
-  const Vector3d direction = way.length_m > 0 ? Vector3d(between / way.length_m) : -Vector3d::UnitZ();
-  way.arrival = -direction;
-  if (rays_ && way.length_m > wavelength_m)
-    way.obstruction_db = obstruction_db(*rays_, {from, direction, way.length_m}, top_m_, wavelength_m);
-  const double far_m = std::max(way.length_m, wavelength_m);
-  way.gain_db = beam_gain_db(beam_, direction) - 20 * std::log10(4 * geodesy::kPi * far_m / wavelength_m) -
-                way.obstruction_db;
-  return way;
+  TransmitterPath path;
+  path.length_m = between.norm();
+  const Vector3d direction = path.length_m > 0 ? Vector3d(between / path.length_m) : -Vector3d::UnitZ();
+  path.arrival = -direction;
+  if (rays_ && path.length_m > wavelength_m)
+    path.obstruction_db = obstruction_db(*rays_, {from, direction, path.length_m}, top_m_, wavelength_m);
+  const double far_m = std::max(path.length_m, wavelength_m);
+  path.gain_db = beam_gain_db(beam_, direction) - 20 * std::log10(4 * geodesy::kPi * far_m / wavelength_m) -
+                 path.obstruction_db;
+  return path;
 }
 
-std::vector<TransmitterWay> Transmitter::ways(geodesy::GpsTime time, const Vector3d& antenna,
-                                              double frequency_hz) const {
-  std::vector<TransmitterWay> result{way(time, antenna, frequency_hz)};
+std::vector<TransmitterPath> Transmitter::paths(geodesy::GpsTime time, const Vector3d& antenna,
+                                                double frequency_hz) const {
+  std::vector<TransmitterPath> result{shortest_path(time, antenna, frequency_hz)};
   if (!rays_) return result;
   const Vector3d from = position(time);
   const double wavelength_m = geodesy::kSpeedOfLight / frequency_hz;
@@ -217,7 +217,7 @@ std::vector<TransmitterWay> Transmitter::ways(geodesy::GpsTime time, const Vecto
     const Vector3d lifted = point + (rays_->surface_offset_m(point) + facet.deviation) * facet.normal;
     if (!clear(*rays_, antenna, lifted) || !clear(*rays_, lifted, from)) continue;
 
-    TransmitterWay& found = result.emplace_back();
+    TransmitterPath& found = result.emplace_back();
     found.length_m = (image - antenna).norm();
     found.arrival = (point - antenna).normalized();
     const signal::LinearReflection wall = signal::reflect_half_space(
@@ -305,10 +305,10 @@ void Jamming::apply(const propagation::Antenna& antenna, propagation::Arrival& a
     if (each.spectrum.shape == Shape::Tone) wave.spectrum.width_hz = 0;
     if (each.spectrum.shape != Shape::Chirp) wave.spectrum.period_s = 0;
     wave.polarisation = polarisation_;
-    for (const TransmitterWay& way :
-         transmitter_.ways(antenna.time, arrival.antenna_enu, each.spectrum.centre_hz)) {
-      wave.power_dbw = each.power_dbm - 30 + way.gain_db;
-      wave.arrival = way.arrival;
+    for (const TransmitterPath& path :
+         transmitter_.paths(antenna.time, arrival.antenna_enu, each.spectrum.centre_hz)) {
+      wave.power_dbw = each.power_dbm - 30 + path.gain_db;
+      wave.arrival = path.arrival;
       arrival.interference.push_back(wave);
     }
   }

@@ -37,7 +37,7 @@ struct TransmitterOptions {
 void visit(options::Visitor& v, TransmitterOptions& o);
 
 /// One path of a transmitter's wave to an antenna.
-struct TransmitterWay {
+struct TransmitterPath {
   Eigen::Vector3d arrival = Eigen::Vector3d::UnitZ();  ///< unit, ENU, from the antenna towards its origin
   double length_m = 0;
   /// Power at an isotropic antenna over the transmitter's EIRP on the beam's axis [dB].
@@ -66,11 +66,11 @@ class Transmitter {
   [[nodiscard]] Eigen::Vector3d position(geodesy::GpsTime time) const { return course_.at(time); }
   /// The straight path to an antenna, or the diffracted one if obstacles block it.
   /// @param antenna_enu [m] in the city's frame
-  [[nodiscard]] TransmitterWay way(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
-                                   double frequency_hz) const;
+  [[nodiscard]] TransmitterPath shortest_path(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
+                                              double frequency_hz) const;
   /// The straight path, and the paths by walls within kReach_m of the antenna.
-  [[nodiscard]] std::vector<TransmitterWay> ways(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
-                                                 double frequency_hz) const;
+  [[nodiscard]] std::vector<TransmitterPath> paths(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,
+                                                   double frequency_hz) const;
   static constexpr double kReach_m = 300;
 
  private:

@@ -46,19 +46,20 @@ TransmitterOptions at(const Vector3d& point) {
 double deep_loss_db(double detour_m) {
   return 20 * std::log10(std::sqrt(2) * kPi * 2 * std::sqrt(detour_m / kWavelength_m));
 }
-TransmitterWay way(const FaultContext& context, const TransmitterOptions& options, const Vector3d& antenna) {
-  return Transmitter(options, context).way(kBegin, antenna, kHz);
+TransmitterPath shortest_path(const FaultContext& context, const TransmitterOptions& options,
+                              const Vector3d& antenna) {
+  return Transmitter(options, context).shortest_path(kBegin, antenna, kHz);
 }
 
 // Friis: 20 log10(4 pi 100 m / 0.1903 m) = 76.40 dB, 6.02 dB for each doubling; constant within a wavelength.
 TEST(Transmitter, FallsAsInFreeSpace) {
   const FaultContext open = scene({});
   const TransmitterOptions options = at({0, 0, 2});
-  EXPECT_NEAR(way(open, options, {100, 0, 2}).gain_db, -76.40, 0.005);
-  EXPECT_NEAR(way(open, options, {0, 200, 2}).gain_db, -76.40 - 6.02, 0.01);
-  EXPECT_EQ(way(open, options, {100, 0, 2}).obstruction_db, 0);
-  EXPECT_NEAR(way(open, options, {0, 0, 2}).gain_db, -20 * std::log10(4 * kPi), 1e-9);
-  EXPECT_LT((way(open, options, {0, 100, 2}).arrival - Vector3d(0, -1, 0)).norm(), 1e-12);
+  EXPECT_NEAR(shortest_path(open, options, {100, 0, 2}).gain_db, -76.40, 0.005);
+  EXPECT_NEAR(shortest_path(open, options, {0, 200, 2}).gain_db, -76.40 - 6.02, 0.01);
+  EXPECT_EQ(shortest_path(open, options, {100, 0, 2}).obstruction_db, 0);
+  EXPECT_NEAR(shortest_path(open, options, {0, 0, 2}).gain_db, -20 * std::log10(4 * kPi), 1e-9);
+  EXPECT_LT((shortest_path(open, options, {0, 100, 2}).arrival - Vector3d(0, -1, 0)).norm(), 1e-12);
 }
 
 TEST(Transmitter, HasABeam) {
@@ -68,8 +69,8 @@ TEST(Transmitter, HasABeam) {
   const FaultContext open = scene({});
   const auto gain_db = [&](double azimuth_deg) {
     const Vector3d to = 100 * geodesy::enu_from_azimuth_elevation(geodesy::radians(azimuth_deg), 0);
-    return way(open, options, to + Vector3d(0, 0, 2)).gain_db -
-           way(open, at({0, 0, 2}), to + Vector3d(0, 0, 2)).gain_db;
+    return shortest_path(open, options, to + Vector3d(0, 0, 2)).gain_db -
+           shortest_path(open, at({0, 0, 2}), to + Vector3d(0, 0, 2)).gain_db;
   };
   EXPECT_NEAR(gain_db(90), 0, 1e-3);
   EXPECT_NEAR(gain_db(120), -3, 1e-3);
@@ -99,27 +100,27 @@ TEST(Transmitter, BendsOverARoof) {
   const FaultContext wall = scene({{{-2000, 49.9, 0}, {2000, 50.1, 20}}});
   const double expected = deep_loss_db(2 * std::hypot(50, 18) - 100);
   EXPECT_NEAR(expected, 34.2, 0.1);
-  EXPECT_NEAR(way(wall, at({0, 0, 2}), {0, 100, 2}).obstruction_db, expected, 0.2);
+  EXPECT_NEAR(shortest_path(wall, at({0, 0, 2}), {0, 100, 2}).obstruction_db, expected, 0.2);
   // Above it nothing blocks the line; grazing it takes half of the field.
-  EXPECT_NEAR(way(wall, at({0, 0, 40}), {0, 100, 40}).obstruction_db, 0, 1e-9);
-  EXPECT_NEAR(way(wall, at({0, 0, 20}), {0, 100, 20}).obstruction_db, 6.02, 0.3);
+  EXPECT_NEAR(shortest_path(wall, at({0, 0, 40}), {0, 100, 40}).obstruction_db, 0, 1e-9);
+  EXPECT_NEAR(shortest_path(wall, at({0, 0, 20}), {0, 100, 20}).obstruction_db, 6.02, 0.3);
   // Stations of the profile are 0.25 m apart. nu = -0.4: 6.9 + 20 log10(sqrt(0.5^2 + 1) - 0.5) = 2.72 dB
   // (P.526-15, 4.1).
   const double clearance_m = 0.4 * std::sqrt(kWavelength_m * 50 * 50 / (2 * 100.0));
   const FaultContext thick = scene({{{-2000, 49.8, 0}, {2000, 50.2, 20}}});
-  EXPECT_NEAR(way(thick, at({0, 0, 20 + clearance_m}), {0, 100, 20 + clearance_m}).obstruction_db, 2.72,
-              0.05);
+  EXPECT_NEAR(shortest_path(thick, at({0, 0, 20 + clearance_m}), {0, 100, 20 + clearance_m}).obstruction_db,
+              2.72, 0.05);
 }
 
 // A tower of 20 m in a line of 100 m: both sides equal, 3 dB less than one of them.
 TEST(Transmitter, BendsAroundBothSides) {
   const FaultContext tower = scene({{{-10, 49.9, 0}, {10, 50.1, 400}}});
-  EXPECT_NEAR(way(tower, at({0, 0, 2}), {0, 100, 2}).obstruction_db,
+  EXPECT_NEAR(shortest_path(tower, at({0, 0, 2}), {0, 100, 2}).obstruction_db,
               deep_loss_db(2 * std::hypot(50, 10) - 100) - 3.01, 0.2);
   // A wall that ends at one of them leaves the other path.
   const FaultContext one = scene({{{-10, 49.9, 0}, {10, 50.1, 400}}, {{5, 70, 0}, {500, 70.2, 400}}});
-  EXPECT_NEAR(way(one, at({0, 0, 2}), {0, 100, 2}).obstruction_db, deep_loss_db(2 * std::hypot(50, 10) - 100),
-              0.2);
+  EXPECT_NEAR(shortest_path(one, at({0, 0, 2}), {0, 100, 2}).obstruction_db,
+              deep_loss_db(2 * std::hypot(50, 10) - 100), 0.2);
 }
 
 // A wall of metal 30 m from a line of 80 m is a mirror: its image is 2 sqrt(40^2 + 30^2) = 100 m away, with
@@ -132,18 +133,18 @@ TEST(Transmitter, IsReflectedByWalls) {
   context.city = std::make_shared<const city::City>(city);
   context.rays = std::make_shared<const raytrace::RayScene>(city.mesh);
   TransmitterOptions options = at({0, 0, 2});
-  const auto ways = Transmitter(options, context).ways(kBegin, {0, 80, 2}, kHz);
-  ASSERT_EQ(ways.size(), 2U);
-  EXPECT_GT(ways[0].obstruction_db, 20);
-  EXPECT_NEAR(ways[1].length_m, 100, 1e-9);
-  EXPECT_NEAR(ways[1].gain_db, -76.40, 0.05);
-  EXPECT_LT((ways[1].arrival - Vector3d(0.6, -0.8, 0)).norm(), 1e-9);
+  const auto routes = Transmitter(options, context).paths(kBegin, {0, 80, 2}, kHz);
+  ASSERT_EQ(routes.size(), 2U);
+  EXPECT_GT(routes[0].obstruction_db, 20);
+  EXPECT_NEAR(routes[1].length_m, 100, 1e-9);
+  EXPECT_NEAR(routes[1].gain_db, -76.40, 0.05);
+  EXPECT_LT((routes[1].arrival - Vector3d(0.6, -0.8, 0)).norm(), 1e-9);
   // Behind a screen that ends at the mirror point, no reflection arrives.
   canyon::test::append_box(city.mesh, "screen", city::Surface::Building, city::Material::Concrete,
                            {20, 10, 0}, {21, 35, 50});
   context.city = std::make_shared<const city::City>(city);
   context.rays = std::make_shared<const raytrace::RayScene>(city.mesh);
-  EXPECT_EQ(Transmitter(options, context).ways(kBegin, {0, 80, 2}, kHz).size(), 1U);
+  EXPECT_EQ(Transmitter(options, context).paths(kBegin, {0, 80, 2}, kHz).size(), 1U);
 }
 
 // Bullington: two roofs 18 m above the line at a quarter and three quarters equal one edge of 36 m in the
@@ -151,7 +152,7 @@ TEST(Transmitter, IsReflectedByWalls) {
 TEST(Transmitter, TakesTwoRoofsAsOneEdge) {
   const FaultContext roofs =
       scene({{{-3000, 24.9, 0}, {3000, 25.1, 20}}, {{-3000, 74.9, 0}, {3000, 75.1, 20}}});
-  EXPECT_NEAR(way(roofs, at({0, 0, 2}), {0, 100, 2}).obstruction_db,
+  EXPECT_NEAR(shortest_path(roofs, at({0, 0, 2}), {0, 100, 2}).obstruction_db,
               deep_loss_db(2 * std::hypot(50, 36) - 100), 0.3);
 }
 
@@ -203,11 +204,11 @@ TEST(PullOff, IsEvenlyAccelerated) {
   pull.hold_s = 10;
   pull.rate_mps = 4;
   pull.acceleration_mps2 = 0.5;
-  EXPECT_EQ(pull.progress(10, 100).way_m, 0);
-  EXPECT_NEAR(pull.progress(14, 100).way_m, 0.5 * 0.5 * 16, 1e-12);
+  EXPECT_EQ(pull.progress(10, 100).travelled_m, 0);
+  EXPECT_NEAR(pull.progress(14, 100).travelled_m, 0.5 * 0.5 * 16, 1e-12);
   EXPECT_NEAR(pull.progress(14, 100).speed_mps, 2, 1e-12);
-  EXPECT_NEAR(pull.progress(28, 100).way_m, 16 + 40, 1e-12);
-  EXPECT_EQ(pull.progress(100, 100).way_m, 100);
+  EXPECT_NEAR(pull.progress(28, 100).travelled_m, 16 + 40, 1e-12);
+  EXPECT_EQ(pull.progress(100, 100).travelled_m, 100);
   EXPECT_EQ(pull.progress(100, 100).speed_mps, 0);
 }
 

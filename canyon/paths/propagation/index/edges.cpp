@@ -202,7 +202,7 @@ std::vector<Edge> merge(std::vector<Piece> pieces) {
     if (used[seed] != 0) continue;
     used[seed] = 1;
     Piece whole = pieces[seed];
-    for (int way = 0; way < 2; ++way) {
+    for (int route = 0; route < 2; ++route) {
       const Edge line = whole.edge;  // longest piece's direction and, at first, its whole length
       for (std::uint32_t next = 0; next != kNone;) {
         next = kNone;

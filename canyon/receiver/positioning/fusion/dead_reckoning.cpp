@@ -154,7 +154,7 @@ struct DeadReckoning::State {
     if (standing)
       constraints.take_rest(*estimate, standstill.mean(), since_s);
     else if (options.non_holonomic)
-      constraints.take_way(*estimate, since_s);
+      constraints.apply_non_holonomic(*estimate, since_s);
     stands = standing;
   }
 

@@ -63,10 +63,10 @@ class Drive {
                                     ecef_from_body.transpose() * (2 * earth.cross(velocity) - gravity);
       reading.angular_rate_radps = Vector3d(0, 0, rate + bias_) + ecef_from_body.transpose() * earth;
       readings.imu.push_back(reading);
-      way_m_ += middle * kImu_s;
+      travelled_m_ += middle * kImu_s;
       if (std::fmod(t_s + 1e-9, kWheel_s) < kImu_s / 2) {
-        readings.wheels.push_back({kBegin + t_s, kWheel_s, (1 + scale_) * way_m_ / kWheel_s});
-        way_m_ = 0;
+        readings.wheels.push_back({kBegin + t_s, kWheel_s, (1 + scale_) * travelled_m_ / kWheel_s});
+        travelled_m_ = 0;
       }
     }
     return readings;
@@ -104,7 +104,7 @@ class Drive {
   Vector3d enu_m = Vector3d::Zero();
 
  private:
-  double bias_, scale_, way_m_ = 0;
+  double bias_, scale_, travelled_m_ = 0;
 };
 
 DeadReckoningOptions options() {

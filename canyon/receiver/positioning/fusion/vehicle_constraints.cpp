@@ -43,14 +43,14 @@ Eigen::Matrix<double, 3, kInertialErrors> VehicleConstraints::axle_gradient(
 
 void VehicleConstraints::move(const InertialEstimate& estimate, const ImuReading& motion, double dt_s) {
   rate_radps_ = motion.angular_rate_radps;
-  way_m_ += axle_velocity(estimate).x() * dt_s;
+  travelled_m_ += axle_velocity(estimate).x() * dt_s;
   moved_s_ += dt_s;
 }
 
 void VehicleConstraints::take_wheels(InertialEstimate& estimate, const WheelReading& reading) {
   if (moved_s_ <= 0) return;
-  const double mean_mps = way_m_ / moved_s_;
-  way_m_ = moved_s_ = 0;
+  const double mean_mps = travelled_m_ / moved_s_;
+  travelled_m_ = moved_s_ = 0;
   const WheelModel& wheels = *mounting_.wheels;
   const double scale = 1 + estimate.sensors.wheel_scale;
   const double sign = !wheels.direction && mean_mps < 0 ? -1 : 1;
@@ -65,7 +65,7 @@ void VehicleConstraints::take_wheels(InertialEstimate& estimate, const WheelRead
   estimate.take(z);
 }
 
-void VehicleConstraints::take_way(InertialEstimate& estimate, double since_s) const {
+void VehicleConstraints::apply_non_holonomic(InertialEstimate& estimate, double since_s) const {
   const Vector3d velocity = axle_velocity(estimate);
   Innovation<2> z;
   z.value = -velocity.tail<2>();

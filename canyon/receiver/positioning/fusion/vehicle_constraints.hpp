@@ -24,7 +24,7 @@ class VehicleConstraints {
 
   void take_wheels(InertialEstimate& estimate, const WheelReading& reading);
   /// Applies the motion of the axle along the vehicle's axis. @param since_s time since the last application
-  void take_way(InertialEstimate& estimate, double since_s) const;
+  void apply_non_holonomic(InertialEstimate& estimate, double since_s) const;
   /// Applies the rest of the vehicle. @param mean of its sensor's readings
   void take_rest(InertialEstimate& estimate, const ImuReading& mean, double since_s) const;
 
@@ -37,7 +37,7 @@ class VehicleConstraints {
   DeadReckoningOptions options_;
   SensorMounting mounting_;
   Eigen::Vector3d rate_radps_ = Eigen::Vector3d::Zero();  // of the last reading
-  double way_m_ = 0, moved_s_ = 0;  // distance and time forwards since the wheels' last reading
+  double travelled_m_ = 0, moved_s_ = 0;  // distance and time forwards since the wheels' last reading
 };
 
 /// Detects from its sensors whether a vehicle is stationary: no wheel tick for half a second; without wheels

@@ -28,7 +28,7 @@ bool of_motion(Layer layer) {
 }
 
 /// The filter along one line.
-struct MovingFixes::WayFilter {
+struct MovingFixes::TrackFilter {
   Fix at;  ///< without variances: not started
   double lost_s = 0;
   /// Horizontal: error variance of the estimate if the fixes' errors are correlated, and covariance of the
@@ -133,21 +133,21 @@ void MovingFixes::filter_lane(std::size_t lane, const std::vector<std::uint8_t>&
   const std::size_t cells = cells_.state.size();
   Fix* const fixes = fixes_.data() + lane * cells;
   const positioning::PositionFilterOptions& filter = movement_.filter;
-  std::vector<WayFilter> filters(cells);
+  std::vector<TrackFilter> filters(cells);
   std::vector<Fix> sums(cells);  // weighted; vertical_m2: the weights
   for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
     const double step_s = length_of(kAxes[axis]) * cells_.plane.spacing_m / movement_.how.pace_mps;
     for (const int sign : {1, -1}) {
       sweep(sign * kAxes[axis][0], sign * kAxes[axis][1], [&](std::size_t cell, std::size_t before) {
-        WayFilter& way = filters[cell];
-        way = before == cells ? WayFilter() : filters[before];
-        way.go(fixes[cell], step_s, filter);
-        if (!(way.at.horizontal_m2 > 0) || (!axes.empty() && axes[cell] != axis)) return;
-        const float weight = 1 / way.at.horizontal_m2;
+        TrackFilter& route = filters[cell];
+        route = before == cells ? TrackFilter() : filters[before];
+        route.go(fixes[cell], step_s, filter);
+        if (!(route.at.horizontal_m2 > 0) || (!axes.empty() && axes[cell] != axis)) return;
+        const float weight = 1 / route.at.horizontal_m2;
         Fix& sum = sums[cell];
-        sum.east_m += weight * std::hypot(way.at.east_m, way.at.north_m);
-        sum.up_m += weight * (lane == 0 ? way.at.up_m : std::abs(way.at.up_m));
-        sum.horizontal_m2 += weight * static_cast<float>(way.stated_m2);
+        sum.east_m += weight * std::hypot(route.at.east_m, route.at.north_m);
+        sum.up_m += weight * (lane == 0 ? route.at.up_m : std::abs(route.at.up_m));
+        sum.horizontal_m2 += weight * static_cast<float>(route.stated_m2);
         sum.vertical_m2 += weight;
       });
     }

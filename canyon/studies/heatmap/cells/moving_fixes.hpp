@@ -40,7 +40,7 @@ class MovingFixes {
     float east_m = 0, north_m = 0, up_m = 0;
     float horizontal_m2 = 0, vertical_m2 = 0;  ///< variances; 0: no fix
   };
-  struct WayFilter;
+  struct TrackFilter;
   template <typename F>
   void sweep(int east, int north, const F& f) const;
   [[nodiscard]] std::vector<std::uint8_t> longest_axes() const;

@@ -163,12 +163,12 @@ TEST(SharedCells, LimitsAreExceededAsOftenAsTheNormalDistributionSays) {
 // One realization is the fix of measurements with noise of each satellite's own stream, also in a
 // troposphere.
 TEST(SharedCells, ADrawIsTheFixOfItsNoise) {
-  for (const int way : {0, 1}) {
+  for (const int route : {0, 1}) {
     TileScene scene(kThree, kHongKong);
     scene.lay({0, 0}, 25, 10, 10, 15);
     ReceiverOptions options;
     options.noise.ou.sigma_m_per_sqrt_s = 2;
-    options.troposphere = options.fix.correct_troposphere = way == 1;
+    options.troposphere = options.fix.correct_troposphere = route == 1;
     scene.look(options.fix.elevation_mask_rad);
     scene.receive(0.4, 0.3, 250, 15);
     std::vector<double> noise_m;
@@ -193,7 +193,7 @@ TEST(SharedCells, ADrawIsTheFixOfItsNoise) {
     }
     std::printf("  %d fixes (%d of fewer satellites) within %.1e of the error\n", fixes, fewer, worst);
     EXPECT_GT(fixes, 70);
-    EXPECT_LT(worst, way == 0 ? 1e-3 : 5e-3);
+    EXPECT_LT(worst, route == 0 ? 1e-3 : 5e-3);
   }
 }
 

@@ -72,15 +72,16 @@ std::vector<double> driven(const ReceiverConfig& receiver, double north_m,
   const propagation::Propagator propagator = downtown().make_propagator(receiver.propagation);
   const geodesy::LocalFrame& frame = downtown().city().frame;
   std::vector<std::vector<double>> errors(east_m.size());
-  for (const int way : {1, -1}) {
+  for (const int route : {1, -1}) {
     std::vector<receiver::Receiver> receivers;
     for (std::uint64_t seed = 1; seed <= 6; ++seed) receivers.emplace_back(options, seed);
     for (std::size_t k = 0; k < east_m.size(); ++k) {
-      const std::size_t index = way > 0 ? k : east_m.size() - 1 - k;
+      const std::size_t index = route > 0 ? k : east_m.size() - 1 - k;
       const geodesy::GpsTime time = kTime + static_cast<double>(k) * 1.0;
       const Vector3d at(east_m[index], north_m, kHeight_m);
-      const propagation::Antenna antenna{time, frame.ecef_from_local(at),
-                                         frame.ecef_from_local_rotation() * Vector3d(way * kPace_mps, 0, 0)};
+      const propagation::Antenna antenna{
+          time, frame.ecef_from_local(at),
+          frame.ecef_from_local_rotation() * Vector3d(route * kPace_mps, 0, 0)};
       const propagation::Arrival arrival = downtown().arrival(time, at, propagator);
       for (receiver::Receiver& one : receivers) {
         propagation::Arrival own = arrival;

@@ -21,40 +21,40 @@ constexpr double kChord_s = 0.25;
 constexpr double kMostChords = 2e6, kMostStations = 1e7;
 
 /// The route as a polyline, with the trajectory's times and heights at its corners.
-struct Way {
+struct Route {
   struct Corner {
-    double way_m = 0, seconds = 0, height_m = 0;
+    double travelled_m = 0, seconds = 0, height_m = 0;
     Vector2d enu;
   };
   std::vector<Corner> corners;
-  [[nodiscard]] double length_m() const { return corners.back().way_m; }
+  [[nodiscard]] double length_m() const { return corners.back().travelled_m; }
 
   /// @param way_m ascending from call to call @param hint kept by the caller, 0 at first
-  [[nodiscard]] Corner at(double way_m, std::size_t& hint) const {
-    while (hint + 2 < corners.size() && corners[hint + 1].way_m < way_m) ++hint;
+  [[nodiscard]] Corner at(double travelled_m, std::size_t& hint) const {
+    while (hint + 2 < corners.size() && corners[hint + 1].travelled_m < travelled_m) ++hint;
     if (corners.size() == 1) return corners.front();
     const Corner &a = corners[hint], &b = corners[hint + 1];
-    const double length = b.way_m - a.way_m;
-    const double share = length > 0 ? std::clamp((way_m - a.way_m) / length, 0.0, 1.0) : 0;
-    return {way_m, a.seconds + share * (b.seconds - a.seconds),
+    const double length = b.travelled_m - a.travelled_m;
+    const double share = length > 0 ? std::clamp((travelled_m - a.travelled_m) / length, 0.0, 1.0) : 0;
+    return {travelled_m, a.seconds + share * (b.seconds - a.seconds),
             a.height_m + share * (b.height_m - a.height_m), a.enu + share * (b.enu - a.enu)};
   }
 };
 
-Way follow(const simulation::Trajectory& trajectory, const geodesy::LocalFrame& frame) {
+Route follow(const simulation::Trajectory& trajectory, const geodesy::LocalFrame& frame) {
   const double duration_s = trajectory.end() - trajectory.begin();
   const double step_s = std::min(kChord_s, trajectory.sample_interval_s() / 4);
   const double steps = std::clamp(std::ceil(duration_s / step_s), 1.0, kMostChords);
-  Way way;
+  Route route;
   for (std::size_t i = 0; i <= static_cast<std::size_t>(steps); ++i) {
     const double seconds = duration_s * static_cast<double>(i) / steps;
     const geodesy::Geodetic geodetic = trajectory.at(trajectory.begin() + seconds).position;
     const Vector2d enu = frame.local_from_geodetic(geodetic).head<2>();
-    const double gone = way.corners.empty() ? 0 : (enu - way.corners.back().enu).norm();
-    const double before = way.corners.empty() ? 0 : way.corners.back().way_m;
-    way.corners.push_back({before + gone, seconds, geodetic.height_m, enu});
+    const double gone = route.corners.empty() ? 0 : (enu - route.corners.back().enu).norm();
+    const double before = route.corners.empty() ? 0 : route.corners.back().travelled_m;
+    route.corners.push_back({before + gone, seconds, geodetic.height_m, enu});
   }
-  return way;
+  return route;
 }
 
 bool known(const RouteStation& station) {
@@ -158,9 +158,9 @@ RouteReport report_route(const MapLookup& map, const geodesy::LocalFrame& frame,
                          const std::vector<Layer>& layers, const simulation::Trajectory& trajectory,
                          const RouteOptions& options) {
   options.validate();
-  const Way way = follow(trajectory, frame);
+  const Route route = follow(trajectory, frame);
   RouteReport report;
-  report.length_m = way.length_m();
+  report.length_m = route.length_m();
   const double pieces = std::max(1.0, std::ceil(report.length_m / options.step_m - 1e-9));
   if (pieces > kMostStations) {
     throw InputError(fmt::format("a route of {:.0f} m in steps of {} m has {:.0f} stations", report.length_m,
@@ -173,9 +173,9 @@ RouteReport report_route(const MapLookup& map, const geodesy::LocalFrame& frame,
                                         : static_cast<double>(trajectory.end() - trajectory.begin());
   std::size_t hint = 0;
   for (std::size_t i = 0; i < static_cast<std::size_t>(pieces); ++i) {
-    const Way::Corner here = way.at((static_cast<double>(i) + 0.5) * piece_m, hint);
-    const double seconds = options.speed_mps ? here.way_m / *options.speed_mps : here.seconds;
-    RouteStation station{here.way_m, start + seconds, here.enu, std::nullopt};
+    const Route::Corner here = route.at((static_cast<double>(i) + 0.5) * piece_m, hint);
+    const double seconds = options.speed_mps ? here.travelled_m / *options.speed_mps : here.seconds;
+    RouteStation station{here.travelled_m, start + seconds, here.enu, std::nullopt};
     station.answer = map(station.enu, options.altitude_m.value_or(here.height_m), station.time);
     assert(!station.answer || station.answer->values.size() == layers.size());
     if (!station.answer)

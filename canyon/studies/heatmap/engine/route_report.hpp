@@ -37,7 +37,7 @@ void visit(options::Visitor& v, RouteOptions& o);
 
 /// The middle of a piece of the route; all pieces have equal length.
 struct RouteStation {
-  double way_m = 0;  ///< from the beginning, in the map's plane
+  double travelled_m = 0;  ///< from the beginning, in the map's plane
   geodesy::GpsTime time;
   Eigen::Vector2d enu = Eigen::Vector2d::Zero();
   std::optional<MapAnswer> answer;  ///< empty: outside the map or its times

@@ -98,10 +98,10 @@ TEST(JudgeRoute, WalksRoundCornersAtItsOwnPaceOrAnother) {
   EXPECT_FALSE(report.no_fix);
   EXPECT_TRUE(std::isnan(report.layers[1].mean));
   for (const RouteStation& station : report.stations) {
-    const double way = station.way_m;
-    const Vector2d expected = way < 30 ? Vector2d(way, 0) : Vector2d(30, way - 30);
-    EXPECT_LT((station.enu - expected).norm(), 0.4) << way;
-    EXPECT_NEAR(station.time - kStart, way / 5, 0.1);
+    const double distance = station.travelled_m;
+    const Vector2d expected = distance < 30 ? Vector2d(distance, 0) : Vector2d(30, distance - 30);
+    EXPECT_LT((station.enu - expected).norm(), 0.4) << distance;
+    EXPECT_NEAR(station.time - kStart, distance / 5, 0.1);
   }
   EXPECT_NEAR(altitudes.front(), 520, 0.01);  // 20 m over an origin at 500 m
   times.clear();
@@ -111,7 +111,7 @@ TEST(JudgeRoute, WalksRoundCornersAtItsOwnPaceOrAnother) {
   options.altitude_m = 15;
   report = report_route(map, kFrame, kLayers, route, options);
   EXPECT_NEAR(report.duration_s, 35, 0.1);
-  EXPECT_NEAR(times.back() - kStart, 1000 + report.stations.back().way_m / 2, 1e-6);
+  EXPECT_NEAR(times.back() - kStart, 1000 + report.stations.back().travelled_m / 2, 1e-6);
   EXPECT_EQ(altitudes.front(), 15);
 }
 

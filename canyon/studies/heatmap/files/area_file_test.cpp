@@ -68,19 +68,19 @@ TEST(ReadArea, AcrossTheAntimeridian) {
   const auto ring = [](double west, double east) {
     return fmt::format("[[{0},-16.85],[{1},-16.85],[{1},-16.75],[{0},-16.75],[{0},-16.85]]", west, east);
   };
-  const std::string ways[] = {polygon(ring(179.95, 180.05)), polygon(ring(179.95, -179.95)),
-                              polygon(ring(-180.05, -179.95)),
-                              R"({"type": "MultiPolygon", "coordinates": [[)" + ring(179.95, 180) + "],[" +
-                                  ring(-180, -179.95) + "]]}"};
+  const std::string routes[] = {polygon(ring(179.95, 180.05)), polygon(ring(179.95, -179.95)),
+                                polygon(ring(-180.05, -179.95)),
+                                R"({"type": "MultiPolygon", "coordinates": [[)" + ring(179.95, 180) + "],[" +
+                                    ring(-180, -179.95) + "]]}"};
   const test::TemporaryFolder folder;
   // 0.05 deg are 5.3 km east.
-  for (const std::string& way : ways) {
-    std::ofstream(folder / "area.geojson") << way;
+  for (const std::string& route : routes) {
+    std::ofstream(folder / "area.geojson") << route;
     const Area area = read_area(folder / "area.geojson", frame);
     for (const double east : {-5200, -2600, -10, 10, 2600, 5200})
-      EXPECT_TRUE(area.contains({east, 1000})) << way;
-    for (const double east : {-5500, 5500}) EXPECT_FALSE(area.contains({east, 1000})) << way;
-    EXPECT_FALSE(area.contains({0, 5700})) << way;
+      EXPECT_TRUE(area.contains({east, 1000})) << route;
+    for (const double east : {-5500, 5500}) EXPECT_FALSE(area.contains({east, 1000})) << route;
+    EXPECT_FALSE(area.contains({0, 5700})) << route;
   }
 }
 

@@ -256,13 +256,13 @@ void print_ratios() {
   const CellPlane* tile = nullptr;
   Vector3d direction;
   std::size_t cells = 0;
-  struct Way {
+  struct Method {
     const char* name;
     std::function<void()> answer;
     bool compared;  ///< its results are in `other`
     std::vector<double> seconds, ratios;
   };
-  std::vector<Way> ways{
+  std::vector<Method> routes{
       {"bare Embree, single rays", [&] { f.bare.one_by_one(bare); }, false, {}, {}},
       {"bare Embree, packets of 8", [&] { f.bare.by_eight(other); }, false, {}, {}},
       {"bare Embree, packets of 16", [&] { f.bare.by_sixteen(other); }, false, {}, {}},
@@ -289,7 +289,7 @@ void print_ratios() {
        {}},
   };
   for (int round = 0; round < kRounds; ++round) {
-    for (Way& way : ways) way.seconds.push_back(0);
+    for (Method& route : routes) route.seconds.push_back(0);
     for (const CellPlane& t : f.tiles) {
       for (const Vector3d& d : f.sky) {
         tile = &t;
@@ -299,11 +299,11 @@ void print_ratios() {
         for (std::uint32_t i = 0; i < cells; ++i) {
           rays[i] = {canyon::heatmap::reference::cell_point(t, i % t.columns, i / t.columns), d};
         }
-        for (Way& way : ways) {
+        for (Method& route : routes) {
           const double start = cpu_seconds();
-          way.answer();
-          way.seconds.back() += cpu_seconds() - start;
-          if (!way.compared || round > 0) continue;
+          route.answer();
+          route.seconds.back() += cpu_seconds() - start;
+          if (!route.compared || round > 0) continue;
           for (std::size_t i = 0; i < cells; ++i) {
             blocked += bare[i];
             if (other[i] == bare[i]) continue;
@@ -316,13 +316,13 @@ void print_ratios() {
         }
       }
     }
-    for (Way& way : ways) way.ratios.push_back(ways[0].seconds.back() / way.seconds.back());
+    for (Method& route : routes) route.ratios.push_back(routes[0].seconds.back() / route.seconds.back());
   }
   fmt::print("{}, {} x {} cells of 1 m at 15 m, {} satellites: {} rays, {} blocked; CPU time of one thread\n",
              f.city.city.name, f.columns, f.rows, f.sky.size(), f.rays(), blocked);
-  for (const Way& way : ways) {
-    fmt::print("{:<44} {:8.2f} million rays/s, {:6.2f} times the bare loop\n", way.name,
-               static_cast<double>(f.rays()) / median(way.seconds) / 1e6, median(way.ratios));
+  for (const Method& route : routes) {
+    fmt::print("{:<44} {:8.2f} million rays/s, {:6.2f} times the bare loop\n", route.name,
+               static_cast<double>(f.rays()) / median(route.seconds) / 1e6, median(route.ratios));
   }
   fmt::print(
       "shadows differ from the bare loop's in {} cells, {} of them farther than 1 mm from an edge; "
