@@ -25,7 +25,7 @@ class RawObservations {
     message.leap_seconds = 0;
     if (epoch == nullptr) return message;
     const receiver::ReceiverEpoch& observed = epoch->observed;
-    message.gps_week = observed.stated(observed.receiver_time).week();
+    message.gps_week = observed.reported(observed.receiver_time).week();
     message.gps_tow = observed.receiver_time.seconds_of_week();
     message.leap_seconds = static_cast<std::int8_t>(geodesy::leap_seconds(observed.time));
     for (const receiver::SatelliteObservation& satellite : observed.satellites) {

@@ -59,16 +59,16 @@ void ReceiverTopics::publish(const live::ReceiverReport& report, const std::stri
   const std::int64_t stamp_ns = report.sim_time_ns;
   const Head head = head_of(stamp_ns, frame_id);
   const simulation::Epoch* epoch = report.step != nullptr ? &report.step->epoch : nullptr;
-  const auto stated = [this](auto message) {
+  const auto reported = [this](auto message) {
     if (diagonal_covariance_) make_covariance_diagonal(message);
     return message;
   };
   if (!health.finished) {
-    send(fix_, [&] { return stated(fix_message<sensor_msgs::msg::NavSatFix>(head, epoch)); });
+    send(fix_, [&] { return reported(fix_message<sensor_msgs::msg::NavSatFix>(head, epoch)); });
     send(fix_velocity_,
          [&] { return velocity_message<geometry_msgs::msg::TwistWithCovarianceStamped>(head, epoch); });
 #ifdef CANYON_WITH_GPS_MSGS
-    send(gps_fix_, [&] { return stated(gps_fix_message<gps_msgs::msg::GPSFix>(head, epoch)); });
+    send(gps_fix_, [&] { return reported(gps_fix_message<gps_msgs::msg::GPSFix>(head, epoch)); });
 #endif
 #ifdef CANYON_WITH_AUTOWARE
     using Orientation = autoware_sensing_msgs::msg::GnssInsOrientationStamped;

@@ -379,9 +379,9 @@ TEST_F(MeshFiles, ColladaUnitsAndAxesInAnyXml) {
   Soup inches = box();
   for (auto& v : inches.vertices) v /= 0.0254;
   const std::string unit = R"(<unit meter="0.0254"/>)", axis = "<up_axis>Z_UP</up_axis>";
-  const auto expect = [&](const std::string& stated, const std::string& up) {
-    SCOPED_TRACE(stated.substr(0, 60) + up);
-    expect_box(read_mesh_city(write("a.dae", dae({{"house", inches}}, stated, up)), {}));
+  const auto expect = [&](const std::string& reported, const std::string& up) {
+    SCOPED_TRACE(reported.substr(0, 60) + up);
+    expect_box(read_mesh_city(write("a.dae", dae({{"house", inches}}, reported, up)), {}));
   };
   expect(R"(<unit meter = "0.0254"/>)", axis);
   expect("<unit\nmeter\t=\n'0.0254' ></unit >", axis);

@@ -35,7 +35,7 @@ class CodeCorrections {
     double sigma_m = 0;  ///< of the station's code
     /// The deviation without the errors in space that the correction removes, and with their difference at
     /// the receiver.
-    double stated_sigma_m = 0;
+    double reported_sigma_m = 0;
   };
 
   explicit CodeCorrections(const relative::CorrectionOptions& options) : max_age_s_(options.max_age_s) {}

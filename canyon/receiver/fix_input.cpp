@@ -147,13 +147,13 @@ void FixInput::refer_to_l1(const orbit::SatelliteState& state) {
 
 void FixInput::correct(gnss::SatelliteId id, geodesy::GpsTime time, const CodeCorrections& corrections) {
   const double ageing_m = relative::kAgeing_mps * corrections.age_s(time).value_or(0);
-  stated_sigmas_m_.clear();
+  reported_sigmas_m_.clear();
   std::erase_if(codes_, [&](Code& code) {
     const CodeCorrections::Correction* correction = corrections.of(id, *code.signal);
     if (correction == nullptr) return true;
     Measurement& m = code.measurement;
     const double own_m = std::sqrt(std::max(0.0, squared(m.sigma_m) - squared(code.shared_m)));
-    stated_sigmas_m_.push_back(std::hypot(own_m, correction->stated_sigma_m, ageing_m));
+    reported_sigmas_m_.push_back(std::hypot(own_m, correction->reported_sigma_m, ageing_m));
     const double sigma_m = std::hypot(m.sigma_m, correction->sigma_m);
     m.pseudorange_m += correction->metres;
     m.sigma_factor *= sigma_m / m.sigma_m;
@@ -175,9 +175,9 @@ std::optional<FixInput::Chosen> FixInput::next(const SatelliteObservation& satel
   const auto corrected = combine(satellite.elevation_rad, model_m);
   if (!corrected) return chosen;
   chosen->corrected = corrected->measurement;
-  for (std::size_t i = 0; i < codes_.size(); ++i) codes_[i].measurement.sigma_m = stated_sigmas_m_[i];
-  const double stated_m = combine(satellite.elevation_rad, model_m)->measurement.sigma_m;
-  chosen->corrected->stated_share = std::min(1.0, stated_m / corrected->measurement.sigma_m);
+  for (std::size_t i = 0; i < codes_.size(); ++i) codes_[i].measurement.sigma_m = reported_sigmas_m_[i];
+  const double reported_m = combine(satellite.elevation_rad, model_m)->measurement.sigma_m;
+  chosen->corrected->reported_sigma_ratio = std::min(1.0, reported_m / corrected->measurement.sigma_m);
   return chosen;
 }
 

@@ -90,7 +90,7 @@ class FixInput {
   /// Removes the satellite's group delay relative to the signal near L1 from the codes.
   void refer_to_l1(const orbit::SatelliteState& state);
   /// Keeps the codes that have a correction, corrected. Their deviations without the removed errors go to
-  /// stated_sigmas_m_.
+  /// reported_sigmas_m_.
   void correct(gnss::SatelliteId id, geodesy::GpsTime time, const CodeCorrections& corrections);
   /// Combines the remaining codes into one measurement; precondition: at least one.
   [[nodiscard]] std::optional<Chosen> combine(double elevation_rad, double model_m);
@@ -107,7 +107,7 @@ class FixInput {
   // Values of the current satellite; members to keep their capacity.
   std::vector<Code> codes_;
   std::vector<std::optional<double>> steps_m_;
-  std::vector<double> stated_sigmas_m_;
+  std::vector<double> reported_sigmas_m_;
 };
 
 }  // namespace canyon::receiver

@@ -12,7 +12,7 @@ namespace canyon::receiver {
 MeasurementModel::MeasurementModel(const ReceiverOptions& options, std::uint64_t seed)
     : options_(options),
       seed_(seed),
-      noise_sigma_m_(options.stated_noise_m()),
+      noise_sigma_m_(options.reported_noise_m()),
       noise_doppler_sigma_hz_(options.noise.enabled ? options.noise.doppler_sigma_hz : 0) {}
 
 void MeasurementModel::set_geometry(Instant& at, const Eigen::Vector3d& antenna_ecef) const {
@@ -76,7 +76,7 @@ positioning::Measurement MeasurementModel::measure(const Instant& at, const prop
     doppler_noise_hz = options_.noise.doppler_sigma_hz * noise.doppler.normal();
   }
   if (reception != nullptr) {
-    m.cn0_dbhz = loops.stated_cn0_dbhz;
+    m.cn0_dbhz = loops.reported_cn0_dbhz;
     observation.noise_m += loops.code_m;
     observation.code_rate_per_s = loops.code_rate_per_s;
     doppler_noise_hz += loops.doppler_hz;

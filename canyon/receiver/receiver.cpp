@@ -246,7 +246,7 @@ struct Receiver::State {
   static void force(const disturbance::ForcedFix& forced, const propagation::Antenna& antenna,
                     ReceiverEpoch& epoch) {
     positioning::Fix& fix = epoch.fix;
-    if (forced.kind == disturbance::StatedFix::None) {
+    if (forced.kind == disturbance::ForcedFixKind::None) {
       fix = without_fix(fix);
       return;
     }
@@ -265,7 +265,7 @@ struct Receiver::State {
     }
     const geodesy::Geodetic truth = geodesy::geodetic_from_ecef(antenna.position_ecef);
     const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(truth);
-    static_assert(static_cast<int>(disturbance::StatedFix::Fixed) ==
+    static_assert(static_cast<int>(disturbance::ForcedFixKind::Fixed) ==
                   static_cast<int>(positioning::FixKind::Fixed));
     fix.status = positioning::FixStatus::Fix;
     fix.solution = static_cast<positioning::FixKind>(forced.kind);
@@ -360,16 +360,16 @@ ReceiverEpoch Receiver::observe(const EpochContext& context) {
   return state_->observe(context);
 }
 
-geodesy::GpsTime ReceiverEpoch::stated(geodesy::GpsTime instant) const {
+geodesy::GpsTime ReceiverEpoch::reported(geodesy::GpsTime instant) const {
   return instant +
          static_cast<double>(events.weeks_off) * static_cast<double>(geodesy::GpsTime::kSecondsPerWeek);
 }
 
-geodesy::GpsTime ReceiverEpoch::stated_utc() const {
+geodesy::GpsTime ReceiverEpoch::reported_utc() const {
   if (events.weeks_off == 0 && events.utc_off_s == 0) return time;
-  const geodesy::GpsTime stated = stated_time();
-  return stated +
-         static_cast<double>(geodesy::leap_seconds(stated) - geodesy::leap_seconds(time) + events.utc_off_s);
+  const geodesy::GpsTime reported = reported_time();
+  return reported + static_cast<double>(geodesy::leap_seconds(reported) - geodesy::leap_seconds(time) +
+                                        events.utc_off_s);
 }
 
 }  // namespace canyon::receiver

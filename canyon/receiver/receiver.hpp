@@ -131,12 +131,12 @@ struct ReceiverEpoch {
   int blocked = 0;  ///< above the mask, not tracked
 
   /// The GPS time that the receiver reports for an instant.
-  [[nodiscard]] geodesy::GpsTime stated(geodesy::GpsTime instant) const;
+  [[nodiscard]] geodesy::GpsTime reported(geodesy::GpsTime instant) const;
   /// The reported GPS time of the epoch.
-  [[nodiscard]] geodesy::GpsTime stated_time() const { return stated(time); }
+  [[nodiscard]] geodesy::GpsTime reported_time() const { return reported(time); }
   /// The instant whose UTC the receiver reports: off by whole weeks if its date is, with the leap seconds
   /// that satellites send today.
-  [[nodiscard]] geodesy::GpsTime stated_utc() const;
+  [[nodiscard]] geodesy::GpsTime reported_utc() const;
 };
 
 /// The vehicle's sensors as available to a receiver.

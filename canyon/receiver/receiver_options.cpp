@@ -147,7 +147,7 @@ double ReceiverOptions::shared_error_m() const {
   return noise.enabled ? 0 : slow_error().sigma_m;
 }
 
-double ReceiverOptions::stated_noise_m() const {
+double ReceiverOptions::reported_noise_m() const {
   const double drift_m = noise.enabled && noise.drift_enabled ? NoiseOptions::kDriftMuSigma_m : 0;
   return std::hypot(slow_error().sigma_m, drift_m);
 }

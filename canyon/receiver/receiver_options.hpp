@@ -121,7 +121,7 @@ struct ReceiverOptions : positioning::RangeOptions {
   /// The part common to two receivers near each other, a standard deviation [m].
   [[nodiscard]] double shared_error_m() const;
   /// Standard deviation that a pseudorange reports in addition to that of its loop [m]; 0: none.
-  [[nodiscard]] double stated_noise_m() const;
+  [[nodiscard]] double reported_noise_m() const;
   /// Sets the options that are not given. @param space whether the environment has errors in space
   /// @param with_ionosphere whether these have an ionosphere
   void decide(bool space, bool with_ionosphere);

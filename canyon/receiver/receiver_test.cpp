@@ -718,8 +718,8 @@ TEST(Receiver, FixNoiseIsWhiteAndStated) {
     products += error.cwiseProduct(last);
     speeds += fix.velocity_enu_mps->cwiseAbs2();
     last = error;
-    const Eigen::Vector3d stated = (fix.covariance_enu - plain.covariance_enu).diagonal();
-    EXPECT_LT((stated - Eigen::Vector3d(0.25, 0.25, 4)).norm(), 1e-6);
+    const Eigen::Vector3d reported = (fix.covariance_enu - plain.covariance_enu).diagonal();
+    EXPECT_LT((reported - Eigen::Vector3d(0.25, 0.25, 4)).norm(), 1e-6);
     EXPECT_LT((plain.position_ecef - antenna).norm(), 1e-4);
   }
   const double sampling = 4 * std::sqrt(2.0 / kCount);

@@ -227,10 +227,10 @@ TEST(Corrections, EchoesAtTheBaseAreNotAWrongPlace) {
   const Eigen::Vector3d point = frame.ecef_from_local({0, 0, 10});
   positioning::FixOptions fix;
   fix.correct_ionosphere = fix.correct_troposphere = false;
-  const auto offset_m = [&](const Eigen::Vector3d& stated_off) {
+  const auto offset_m = [&](const Eigen::Vector3d& reported_offset) {
     relative::Corrections epoch;
     epoch.receiver_time = now;
-    epoch.station_ecef = frame.ecef_from_local(Eigen::Vector3d(0, 0, 10) + stated_off);
+    epoch.station_ecef = frame.ecef_from_local(Eigen::Vector3d(0, 0, 10) + reported_offset);
     int echoes = 0, count = 0;
     for (const gnss::SatelliteId id : sky.sky->satellites()) {
       const auto line = orbit::line_of_sight(*sky.sky, id, now, point);

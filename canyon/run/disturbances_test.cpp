@@ -194,7 +194,7 @@ TEST(Disturbances, SayWhatHappensToTheReceiver) {
   for (std::size_t k = 0; k < plain.size(); ++k) {
     EXPECT_NEAR(twice[k].observed.clock_bias_s, plain[k].observed.clock_bias_s + 2e-4, 1e-15);
     EXPECT_EQ(twice[k].observed.events.weeks_off, -2048);
-    EXPECT_EQ(twice[k].observed.stated_time() - twice[k].observed.time, -2048.0 * 604800);
+    EXPECT_EQ(twice[k].observed.reported_time() - twice[k].observed.time, -2048.0 * 604800);
     EXPECT_EQ(twice[k].observed.satellites.size(), plain[k].observed.satellites.size())
         << "what arrives is the same";
   }

@@ -186,13 +186,13 @@ struct LiveReceiver::Impl {
 
   /// Whether the host moved the antenna by a jump since the previous step.
   void look_for_jump(const Pose& antenna, const Eigen::Vector3d& enu_m, bool continuous) {
-    const double stated_mps = antenna.velocity_enu_mps.norm();
+    const double reported_mps = antenna.velocity_enu_mps.norm();
     const auto before =
-        std::exchange(last_step, LastStep{antenna.time, enu_m, std::max(stated_mps, kTeleport_mps / 2)});
+        std::exchange(last_step, LastStep{antenna.time, enu_m, std::max(reported_mps, kTeleport_mps / 2)});
     if (!before) return;
     const double step_s = antenna.time - before->time;
     const double travelled_m = (enu_m - before->enu_m).norm();
-    last_step->speed_mps = step_s > 0 ? std::max(stated_mps, travelled_m / step_s) : before->speed_mps;
+    last_step->speed_mps = step_s > 0 ? std::max(reported_mps, travelled_m / step_s) : before->speed_mps;
     const double reach_m = kSlack_m + 2 * before->speed_mps * step_s +
                            std::min(kHardest_mps2 * step_s / 2, kTeleport_mps) * step_s;
     if (continuous || travelled_m <= reach_m) return;

@@ -72,20 +72,20 @@ TEST(Differential, StatesWhatCorrectionsLeave) {
   // 12 to 25 with the range errors included. The base's pseudoranges count as 0.3 m, here they are better.
   constexpr double kLargest = 6;
   for (std::size_t r = 0; r < 4; ++r) {
-    double errors = 0, stated = 0;
+    double errors = 0, reported = 0;
     for (const Epoch& epoch : epochs.at(r)) {
       const positioning::Fix& fix = epoch.observed.fix;
       ASSERT_EQ(fix.kind(), r < 3 ? FixKind::Differential : FixKind::Single);
       errors += epoch.error_enu_m.head<2>().squaredNorm();
-      stated += fix.covariance_enu.topLeftCorner<2, 2>().trace();
+      reported += fix.covariance_enu.topLeftCorner<2, 2>().trace();
     }
-    const double over = std::sqrt(stated / errors);
+    const double over = std::sqrt(reported / errors);
     if (r < 3) {
       EXPECT_GT(over, 0.7) << r;
       EXPECT_LT(over, kLargest) << r;
     } else {
       // Range errors remain in a single fix.
-      EXPECT_GT(std::sqrt(stated / static_cast<double>(epochs.at(r).size())), 0.7);
+      EXPECT_GT(std::sqrt(reported / static_cast<double>(epochs.at(r).size())), 0.7);
     }
   }
 }
@@ -221,7 +221,7 @@ TEST(Rtk, HeadingOfTwoAntennas) {
       run(field("  - {name: front, profile: ublox-f9p, rtk: true, corrections: {from: rear}, lever_arm: "
                 "{forward_m: 0.5}}\n"
                 "  - {name: rear, profile: ublox-f9p, lever_arm: {forward_m: -0.5}}\n"));
-  double squares = 0, stated = 0;
+  double squares = 0, reported = 0;
   int fixed = 0;
   for (const Epoch& epoch : of.at(0)) {
     const positioning::Fix& fix = epoch.observed.fix;
@@ -231,12 +231,12 @@ TEST(Rtk, HeadingOfTwoAntennas) {
     EXPECT_NEAR(fix.baseline->length_m(), 1, 0.02);
     EXPECT_NEAR(fix.baseline->pitch_rad(), 0, 0.03);
     squares += std::pow(fix.baseline->heading_rad() - geodesy::kPi / 2, 2);
-    stated += std::pow(fix.baseline->heading_sigma_rad(), 2);
+    reported += std::pow(fix.baseline->heading_sigma_rad(), 2);
     ++fixed;
   }
   EXPECT_GT(fixed, 58);
   EXPECT_LT(geodesy::degrees(std::sqrt(squares / fixed)), 0.25);
-  EXPECT_LT(geodesy::degrees(std::sqrt(stated / fixed)), 0.4);
+  EXPECT_LT(geodesy::degrees(std::sqrt(reported / fixed)), 0.4);
 }
 
 /// A drive between walls along `waypoints`: the rover's epochs.
@@ -260,7 +260,7 @@ std::vector<Epoch> between_walls(const std::string& waypoints, const std::string
   return sink.of.at(0);
 }
 
-double over_stated(const Epoch& epoch) {
+double error_over_sigma(const Epoch& epoch) {
   return epoch.error_enu_m.head<2>().norm() /
          std::sqrt(epoch.observed.fix.covariance_enu.topLeftCorner<2, 2>().trace());
 }
@@ -277,7 +277,7 @@ TEST(Rtk, ACanyonTakesTheFix) {
   EXPECT_GT(share(epochs, FixKind::Float), 0.1);
   std::vector<double> normalised;
   for (const Epoch& epoch : epochs) {
-    if (epoch.observed.fix.kind() == FixKind::Float) normalised.push_back(over_stated(epoch));
+    if (epoch.observed.fix.kind() == FixKind::Float) normalised.push_back(error_over_sigma(epoch));
   }
   std::sort(normalised.begin(), normalised.end());
   EXPECT_LT(normalised[normalised.size() / 2], 2);
@@ -298,7 +298,7 @@ TEST(Rtk, EchoesMakeItUnsureInsteadOfWrong) {
       }
       if (kind != FixKind::Float && kind != FixKind::Differential) continue;
       ++real;
-      wrong += over_stated(epoch) > 3 && epoch.error_enu_m.head<2>().norm() > 5 ? 1 : 0;
+      wrong += error_over_sigma(epoch) > 3 && epoch.error_enu_m.head<2>().norm() > 5 ? 1 : 0;
     }
   }
   EXPECT_GT(real, 60);

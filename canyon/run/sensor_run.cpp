@@ -62,7 +62,7 @@ std::optional<InertialSample> InertialRun::next(GpsTime until) {
   sample.mean = ideal_.mean(end - steps_, end);
   sample.truth = ideal_.at(end);
   sample.sample = imu_.measure(sample.mean, interval->to_s, interval->to_s - interval->from_s);
-  if (sample.sample) sample.stated = begin() + sample.sample->time_s;
+  if (sample.sample) sample.reported = begin() + sample.sample->time_s;
   return sample;
 }
 

@@ -72,7 +72,7 @@ struct SensorMotion {
 /// A sample of an inertial sensor, and the truth at its instant.
 struct InertialSample {
   geodesy::GpsTime time;                      ///< end of the sample's interval
-  geodesy::GpsTime stated;                    ///< the same by the sensor's clock, if it is not lost
+  geodesy::GpsTime reported;                  ///< the same by the sensor's clock, if it is not lost
   inertial::ImuState truth;                   ///< position, motion and input of the sensor at `time`
   inertial::ImuInput mean;                    ///< true means over the interval
   std::optional<inertial::ImuSample> sample;  ///< time_s counts from the run's start; empty: lost

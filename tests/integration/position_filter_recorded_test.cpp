@@ -24,7 +24,8 @@ using gnss::System;
 
 struct Errors {
   std::vector<double> horizontal, vertical;
-  std::vector<double> over_stated, vertical_over_stated;  ///< divided by their reported standard deviations
+  std::vector<double> error_over_sigma,
+      vertical_error_over_sigma;  ///< divided by their reported standard deviations
   int epochs = 0;
   int clock_jumps = 0;
 
@@ -105,9 +106,9 @@ Errors errors(const Drive& drive, const orbit::Sky& sky, const positioning::FixO
                                 (fix.position_ecef - geodesy::ecef_from_geodetic(truth->second));
     errors.horizontal.push_back(enu.head<2>().norm());
     errors.vertical.push_back(std::abs(enu.z()));
-    errors.over_stated.push_back(enu.head<2>().norm() /
-                                 std::sqrt(fix.covariance_enu.topLeftCorner<2, 2>().trace()));
-    errors.vertical_over_stated.push_back(std::abs(enu.z()) / std::sqrt(fix.covariance_enu(2, 2)));
+    errors.error_over_sigma.push_back(enu.head<2>().norm() /
+                                      std::sqrt(fix.covariance_enu.topLeftCorner<2, 2>().trace()));
+    errors.vertical_error_over_sigma.push_back(std::abs(enu.z()) / std::sqrt(fix.covariance_enu(2, 2)));
   }
   return errors;
 }
@@ -154,9 +155,9 @@ TEST(RecordedDrive, FilterStatesWhatItsErrorsAre) {
   const Errors white = errors(drive, sky, options, true);
   options.covariance_by_residuals = true;
   const Errors lasting = errors(drive, sky, options, true, 20);
-  EXPECT_GT(Errors::quantile(white.over_stated, 0.95), 2.5);
-  EXPECT_GT(Errors::quantile(white.vertical_over_stated, 0.95), 4);
-  for (const std::vector<double>* over : {&lasting.over_stated, &lasting.vertical_over_stated}) {
+  EXPECT_GT(Errors::quantile(white.error_over_sigma, 0.95), 2.5);
+  EXPECT_GT(Errors::quantile(white.vertical_error_over_sigma, 0.95), 4);
+  for (const std::vector<double>* over : {&lasting.error_over_sigma, &lasting.vertical_error_over_sigma}) {
     EXPECT_LT(Errors::quantile(*over, 0.9), 2);
     EXPECT_GT(Errors::quantile(*over, 0.9), 0.5);
   }

@@ -168,15 +168,15 @@ TEST_P(RinexFiles, NameTypesOfTheTables) {
       {'R', "1C 1P 2C 2P 3I 3Q 3X 4A 4B 4X 6A 6B 6X"},
       {'E', "1A 1B 1C 1X 1Z 5I 5Q 5X 7I 7Q 7X 8I 8Q 8X 6A 6B 6C 6X 6Z"},
       {'C', "2I 2Q 2X 1D 1P 1X 5D 5P 5X 7I 7Q 7X 7D 7P 7Z 8D 8P 8X 6I 6Q 6X"}};
-  std::map<char, std::size_t> stated;
+  std::map<char, std::size_t> reported;
   for (const std::string& record : file().records("SYS / # / OBS TYPES")) {
-    if (record[0] != ' ') stated[record[0]] = static_cast<std::size_t>(*parse_integer(record.substr(3, 3)));
+    if (record[0] != ' ') reported[record[0]] = static_cast<std::size_t>(*parse_integer(record.substr(3, 3)));
     for (std::size_t i = 6; i < 58; i += 4) EXPECT_EQ(record[i], ' ') << record;
     EXPECT_EQ(record.substr(58), "  ");
   }
   std::size_t types = 0;
   for (const auto& [system, list] : file().types) {
-    EXPECT_EQ(list.size(), stated[system]) << system;
+    EXPECT_EQ(list.size(), reported[system]) << system;
     EXPECT_EQ(std::set<std::string>(list.begin(), list.end()).size(), list.size()) << system;
     for (const std::string& type : list) {
       EXPECT_NE(std::string("CLDS").find(type[0]), std::string::npos) << type;

@@ -416,7 +416,7 @@ TEST(Signals, AreCombinedAndSmoothedInFixes) {
                    300),
           folder.path()),
       folder.path());
-  double raw = 0, smooth = 0, stated = 0, worst_all = 0, worst_modelled = 0, best_one = 1e9,
+  double raw = 0, smooth = 0, reported = 0, worst_all = 0, worst_modelled = 0, best_one = 1e9,
          worst_estimate = 0;
   int count = 0;
   for (const simulation::Epoch& epoch : epochs) {
@@ -433,7 +433,7 @@ TEST(Signals, AreCombinedAndSmoothedInFixes) {
     }
     if (epoch.receiver < 3 || epoch.observed.time < epochs.front().observed.time + 120.0) continue;
     (epoch.receiver == 3 ? raw : smooth) += epoch.error_enu_m.squaredNorm();
-    if (epoch.receiver == 4) stated += epoch.observed.fix.covariance_enu.trace();
+    if (epoch.receiver == 4) reported += epoch.observed.fix.covariance_enu.trace();
     count += epoch.receiver == 4;
   }
   EXPECT_GT(best_one, 1);
@@ -441,8 +441,8 @@ TEST(Signals, AreCombinedAndSmoothedInFixes) {
   EXPECT_LT(worst_modelled, 1e-3);
   EXPECT_LT(worst_estimate, 0.05);
   EXPECT_LT(std::sqrt(smooth), 0.25 * std::sqrt(raw));
-  EXPECT_GT(std::sqrt(smooth / stated), 0.3);
-  EXPECT_LT(std::sqrt(smooth / stated), 2);
+  EXPECT_GT(std::sqrt(smooth / reported), 0.3);
+  EXPECT_LT(std::sqrt(smooth / reported), 2);
   EXPECT_EQ(count, 181);
 }
 

@@ -44,7 +44,7 @@ struct Within {
 
 // Different range errors with each seed. They last longer than a minute, so each seed yields one independent
 // result.
-TEST(StatedAccuracy, HoldsUnderAnOpenSky) {
+TEST(ReportedAccuracy, HoldsUnderAnOpenSky) {
   Within within;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     within.add(R"(
@@ -60,7 +60,7 @@ receivers: [{name: a}]
 }
 
 // The drive of `canyon demo`, with three seeds.
-TEST(StatedAccuracy, HoldsInStreets) {
+TEST(ReportedAccuracy, HoldsInStreets) {
   const TextFile file(std::filesystem::path(canyon_source_dir) / "examples/synthetic_drive.yaml");
   std::string yaml(file.text());
   yaml.erase(yaml.rfind("seed: 1"));

@@ -15,11 +15,11 @@ inline simulation::Epoch sample_signal_epoch(geodesy::GpsTime time, geodesy::Gps
   for (receiver::SatelliteObservation& s : epoch.observed.satellites) {
     if (s.visibility == propagation::Visibility::Blocked) continue;
     s.lock = tracking::LockState::Tracking;
-    const double stated = gnss::to_string(s.id) == "E36" ? 22.4 : cn0_dbhz;
-    s.cn0_dbhz = stated + 0.25;
+    const double reported = gnss::to_string(s.id) == "E36" ? 22.4 : cn0_dbhz;
+    s.cn0_dbhz = reported + 0.25;
     cn0_dbhz -= 1;
     if (!s.measurement) continue;
-    s.measurement->cn0_dbhz = stated;
+    s.measurement->cn0_dbhz = reported;
     if (gnss::to_string(s.id) == "G12") continue;
     s.measurement->carrier_phase_cycles = 1234.5678 + s.id.number;
     s.measurement->carrier_phase_sigma_cycles = 0.01;

@@ -324,9 +324,9 @@ std::string format_gpst(GpsTime t, int decimals) {
   return format(calendar_from_gps(t), decimals, " GPST");
 }
 
-std::string rollover_text(GpsTime stated, GpsTime expected) {
+std::string rollover_text(GpsTime reported, GpsTime expected) {
   constexpr double kRollover_days = 1024 * 7, kNear_days = 8;
-  const double days = (expected - stated) / 86'400;
+  const double days = (expected - reported) / 86'400;
   const double rollovers = std::round(days / kRollover_days);
   if (rollovers == 0 || std::abs(days - rollovers * kRollover_days) > kNear_days) return {};
   return fmt::format("; {:.0f} weeks {} it would be near: has a receiver's GPS week rolled over?",

@@ -72,9 +72,9 @@ inline constexpr int kBdtSecondsOffset = 14;
 /// "2019-04-28T12:58:21.500 GPST".
 [[nodiscard]] std::string format_gpst(GpsTime t, int decimals = 3);
 
-/// "; 1024 weeks later it would be near: ..." if `stated` and `expected` differ by whole GPS week rollovers,
-/// within 8 days, as dates of old receivers do; else empty.
-[[nodiscard]] std::string rollover_text(GpsTime stated, GpsTime expected);
+/// "; 1024 weeks later it would be near: ..." if `reported` and `expected` differ by whole GPS week
+/// rollovers, within 8 days, as dates of old receivers do; else empty.
+[[nodiscard]] std::string rollover_text(GpsTime reported, GpsTime expected);
 
 /// Whether a text for parse_time() names its time scale: Z, UTC, GPST or an offset from UTC. A time without
 /// one is read as UTC, although local time may be meant.

@@ -92,9 +92,9 @@ class ColladaReader {
     const XmlElement* asset = root.FirstChildElement("asset");
     if (asset == nullptr) return;
     const XmlElement* unit = asset->FirstChildElement("unit");
-    const bool stated =
+    const bool reported =
         unit != nullptr && (unit->Attribute("meter") != nullptr || attribute_of(*unit, "name") != "meter");
-    if (stated && unit->FirstAttribute() != nullptr) {
+    if (reported && unit->FirstAttribute() != nullptr) {
       const std::string text = attribute_of(*unit, "meter");
       scene_.metres_per_unit = parse_double(text).value_or(0);
       if (!(scene_.metres_per_unit > 0)) {
@@ -266,8 +266,8 @@ class ColladaReader {
       name = attribute_of(material, "target");
       if (!name.empty() && name[0] == '#') name.erase(0, 1);
       const auto found = by_id_.find(name);
-      const char* stated = found == by_id_.end() ? nullptr : found->second->Attribute("name");
-      if (stated != nullptr && *stated != '\0') name = stated;
+      const char* reported = found == by_id_.end() ? nullptr : found->second->Attribute("name");
+      if (reported != nullptr && *reported != '\0') name = reported;
     });
     return names;
   }
@@ -312,8 +312,8 @@ class ColladaReader {
     if (accessor == nullptr) throw fault(source, "has no accessor");
     const XmlElement& array = named(*accessor, "source", "float_array");
     const std::vector<double> numbers = numbers_of(array);
-    if (const std::size_t stated = count_of(array, "count", numbers.size()); stated != numbers.size())
-      throw fault(array, fmt::format("has {} of {} numbers", numbers.size(), stated));
+    if (const std::size_t reported = count_of(array, "count", numbers.size()); reported != numbers.size())
+      throw fault(array, fmt::format("has {} of {} numbers", numbers.size(), reported));
     // Params without a name are skipped.
     std::array<std::size_t, 3> axis{0, 1, 2};
     std::size_t param_number = 0;

@@ -141,9 +141,9 @@ mavlink::GpsInput gps_input(const simulation::Epoch& epoch) {
   const positioning::Fix& fix = seen.fix;
   const bool solved = fix.measured() && fix.velocity_enu_mps;
   GpsInput m;
-  m.time_us = unix_us(seen.stated_utc());
-  m.week = static_cast<std::uint16_t>(seen.stated_time().week());
-  const std::int64_t ms = seen.stated_time().nanosecond_of_week() / 1'000'000;
+  m.time_us = unix_us(seen.reported_utc());
+  m.week = static_cast<std::uint16_t>(seen.reported_time().week());
+  const std::int64_t ms = seen.reported_time().nanosecond_of_week() / 1'000'000;
   m.time_of_week_s = static_cast<double>(ms) / 1e3;
   m.satellites = satellites(fix);
   m.fix_type = fix_type(solved ? fix.kind() : kNoFix);
@@ -172,7 +172,7 @@ mavlink::GpsInput gps_input(const simulation::Epoch& epoch) {
 mavlink::HilGps hil_gps(const simulation::Epoch& epoch) {
   const positioning::Fix& fix = epoch.observed.fix;
   mavlink::HilGps m;
-  m.time_us = unix_us(epoch.observed.stated_utc());
+  m.time_us = unix_us(epoch.observed.reported_utc());
   m.satellites = satellites(fix);
   m.fix_type = fix_type(kNoFix);
   if (!fix.measured() || !fix.velocity_enu_mps) return m;
@@ -188,7 +188,7 @@ mavlink::HilGps hil_gps(const simulation::Epoch& epoch) {
 mavlink::GpsRawInt gps_raw_int(const simulation::Epoch& epoch) {
   const positioning::Fix& fix = epoch.observed.fix;
   mavlink::GpsRawInt m;
-  m.time_us = unix_us(epoch.observed.stated_utc());
+  m.time_us = unix_us(epoch.observed.reported_utc());
   m.satellites = satellites(fix);
   m.fix_type = fix_type(kNoFix);
   if (!fix.measured()) return m;
@@ -221,8 +221,8 @@ std::optional<mavlink::GpsRtk> gps_rtk(const simulation::Epoch& epoch, geodesy::
   if (!seen.fix.solved() || !baseline) return std::nullopt;
   mavlink::GpsRtk m;
   m.boot_s = std::max(0.0, seen.time - begin - seen.fix.correction_age_s.value_or(0));
-  m.week = static_cast<std::uint16_t>(seen.stated_time().week());
-  m.time_of_week_s = seen.stated_time().seconds_of_week();
+  m.week = static_cast<std::uint16_t>(seen.reported_time().week());
+  m.time_of_week_s = seen.reported_time().seconds_of_week();
   m.satellites = eight_bits(static_cast<double>(baseline->used.size()));
   m.baseline_m = ned(baseline->vector_enu);
   m.accuracy_m = std::sqrt(baseline->covariance_enu.trace());
@@ -279,7 +279,7 @@ std::vector<mavlink::HighresImu> highres_imu(const simulation::SensorBatch& batc
   std::vector<HighresImu> messages;
   for (const auto& [time, samples] : instants) {
     last.updated = 0;
-    last.time_us = unix_us(samples.imu != nullptr ? samples.imu->stated : time);
+    last.time_us = unix_us(samples.imu != nullptr ? samples.imu->reported : time);
     if (samples.imu != nullptr) {
       const inertial::ImuInput& measured = samples.imu->sample->measured;
       last.acceleration_frd_mps2 = frd(measured.specific_force_mps2, batch.imu_axes);
@@ -303,7 +303,7 @@ std::vector<mavlink::HighresImu> highres_imu(const simulation::SensorBatch& batc
 }
 
 mavlink::SystemTime system_time(const simulation::Epoch& epoch, geodesy::GpsTime begin) {
-  return {unix_us(epoch.observed.stated_utc()), epoch.observed.time - begin};
+  return {unix_us(epoch.observed.reported_utc()), epoch.observed.time - begin};
 }
 
 std::unique_ptr<Encoder> encode_gps_input(const ReceiverDescription& /*receiver*/) {

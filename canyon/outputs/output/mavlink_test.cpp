@@ -212,7 +212,7 @@ simulation::SensorBatch samples_of(const simulation::Epoch& epoch) {
   batch.magnetometer_axes = inertial::ImuAxes::Frd;
   for (const double t_s : {-0.01, 0.0}) {
     simulation::InertialSample& imu = batch.imu.emplace_back();
-    imu.time = imu.stated = epoch.truth.time + t_s;
+    imu.time = imu.reported = epoch.truth.time + t_s;
     imu.sample = inertial::ImuSample{0, {{1.5, -2, 9.75}, {0.25, 0.5, -0.125}}};
   }
   batch.magnetometer.push_back({epoch.truth.time, {2e-5, -1e-6, 4e-5}, Eigen::Vector3d::Zero()});

@@ -305,10 +305,10 @@ class McapEncoder final : public Encoder {
 
  private:
   void put_fix(Nanoseconds now, const positioning::Fix& fix) {
-    const bool solved = fix.solved(), stated = solved && !fix.covariance_enu.isZero(0);
+    const bool solved = fix.solved(), reported = solved && !fix.covariance_enu.isZero(0);
     std::array<double, 9> covariance{};
-    covariance.fill(stated || !solved ? kUnknown : 0);
-    for (std::size_t i = 0; stated && i < 9; ++i)
+    covariance.fill(reported || !solved ? kUnknown : 0);
+    for (std::size_t i = 0; reported && i < 9; ++i)
       covariance.at(i) =
           fix.covariance_enu(static_cast<Eigen::Index>(i / 3), static_cast<Eigen::Index>(i % 3));
     const bool corrected = fix.kind() > positioning::FixKind::Single;
@@ -317,13 +317,13 @@ class McapEncoder final : public Encoder {
     m.number(solved ? geodesy::degrees(fix.position.latitude_rad) : kUnknown);
     m.number(solved ? geodesy::degrees(fix.position.longitude_rad) : kUnknown);
     m.number(solved ? fix.position.height_m : kUnknown);
-    writer_.add(kFix, now, m.numbers(covariance).u1(stated ? 3 : 0).bytes());
+    writer_.add(kFix, now, m.numbers(covariance).u1(reported ? 3 : 0).bytes());
     if (!solved || !fix.velocity_enu_mps) return;
     // Axes of the twist are those of the child frame, which is stationary: "gnss_enu".
     Cdr v;
     v.header(now, "map").text("gnss_enu").vector(frame_->local_from_ecef(fix.position_ecef));
     v.number(0).number(0).number(0).number(1);
-    v.numbers(covariance36(stated ? std::optional(fix.covariance_enu) : std::nullopt, kUnknownAngles));
+    v.numbers(covariance36(reported ? std::optional(fix.covariance_enu) : std::nullopt, kUnknownAngles));
     v.vector(*fix.velocity_enu_mps).vector(Eigen::Vector3d::Zero());
     v.numbers(covariance36(fix.velocity_covariance_enu, kUnknownAngles));
     writer_.add(kVelocity, now, v.bytes());
@@ -347,7 +347,7 @@ class McapEncoder final : public Encoder {
                                batch.imu_axes == inertial::ImuAxes::Flu ? 1 : -1);
     for (const simulation::InertialSample& each : batch.imu) {
       if (!each.sample) continue;
-      const Nanoseconds time = unix_of(each.stated);
+      const Nanoseconds time = unix_of(each.reported);
       std::array<double, 9> none{}, unknown{};
       none[0] = -1;  // no orientation
       Cdr m;

@@ -249,13 +249,13 @@ std::optional<int> nmea_satellite_number(gnss::SatelliteId id) {
 }
 
 std::string nmea_gga(const simulation::Epoch& epoch) {
-  return gga(epoch, solution_talker(epoch.observed), utc_clock(epoch.observed.stated_utc()));
+  return gga(epoch, solution_talker(epoch.observed), utc_clock(epoch.observed.reported_utc()));
 }
 
 std::string nmea_epoch(const simulation::Epoch& epoch) {
   const receiver::ReceiverEpoch& seen = epoch.observed;
   const std::string_view talker = solution_talker(seen);
-  const Clock clock = utc_clock(seen.stated_utc());
+  const Clock clock = utc_clock(seen.reported_utc());
   return rmc(seen, talker, clock) + gga(epoch, talker, clock) + gsa(seen, talker) + gst(seen, talker, clock) +
          hdt(seen.fix, talker) + gsv(seen);
 }

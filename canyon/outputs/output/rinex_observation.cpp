@@ -65,7 +65,7 @@ class RinexObservation final : public Encoder {
     if (!position_) position_ = epoch.truth_ecef;
     const RawEpoch raw = observations_.next(epoch.observed);
     if (raw.observations.empty()) return {};
-    const geodesy::GpsTime tag = round_to(epoch.observed.stated(raw.tag), kTagStep_ns);
+    const geodesy::GpsTime tag = round_to(epoch.observed.reported(raw.tag), kTagStep_ns);
     std::string text = started_ ? std::string() : header(tag, epoch.observed.time);
     last_ = tag;
     std::map<gnss::SatelliteId, std::map<const gnss::Signal*, const RawObservation*>> satellites;

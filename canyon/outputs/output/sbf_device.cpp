@@ -14,7 +14,7 @@ class SbfDevice final : public Encoder {
 
   std::string encode(const simulation::Epoch& epoch) override {
     told_.emplace(epochs_.next(epoch));
-    now_ms_ = told_->stated.nanoseconds() / 1'000'000;
+    now_ms_ = told_->reported_time.nanoseconds() / 1'000'000;
     messages_ = epochs_.received_messages(epoch);
     return blocks(all_);
   }
@@ -41,7 +41,7 @@ class SbfDevice final : public Encoder {
     std::string bytes;
     for (const broadcast::SentMessage& message : messages_)
       if (commands.sends(sbf::message_number(message.id.system)))
-        bytes += sbf::message_block(message, told_->stated, told_->glonass_channels);
+        bytes += sbf::message_block(message, told_->reported_time, told_->glonass_channels);
     for (const std::uint16_t number : sbf::epoch_blocks())
       if (commands.is_due(number, now_ms_)) bytes += sbf::epoch_block(number, *told_);
     return bytes;

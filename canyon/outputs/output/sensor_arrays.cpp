@@ -33,16 +33,16 @@ template <typename Put>
 void each_array(const simulation::InertialSample& sample, inertial::ImuAxes axes, const Put& put) {
   const simulation::SensorMotion motion(sample.truth.sensor, axes);
   const Vector3d none = Vector3d::Constant(kNoSample);
-  const auto& stated = sample.sample;
-  put("stated_s", "", stated ? stated->time_s : kNoSample);
-  put("specific_force", "", stated ? stated->measured.specific_force_mps2 : none);
-  put("angular_rate", "", stated ? stated->measured.angular_rate_radps : none);
+  const auto& reported = sample.sample;
+  put("stated_s", "", reported ? reported->time_s : kNoSample);
+  put("specific_force", "", reported ? reported->measured.specific_force_mps2 : none);
+  put("angular_rate", "", reported ? reported->measured.angular_rate_radps : none);
   put("true_specific_force", "", sample.mean.specific_force_mps2);
   put("true_angular_rate", "", sample.mean.angular_rate_radps);
   put("place", "", motion.position_deg_m);
   put("velocity", "", motion.velocity_enu_mps);
   put("attitude", "", motion.attitude_deg);
-  put("temperature", "", stated ? stated->temperature_k : kNoSample);
+  put("temperature", "", reported ? reported->temperature_k : kNoSample);
 }
 template <typename Put>
 void each_array(const simulation::WheelsAtWork& sample, inertial::ImuAxes, const Put& put) {

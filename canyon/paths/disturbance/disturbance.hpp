@@ -25,11 +25,11 @@ struct Restart {
 };
 
 /// Kinds of fix that a fault can force: the first of positioning::FixKind.
-enum class StatedFix : std::uint8_t { None, Single, Differential, Float, Fixed };
+enum class ForcedFixKind : std::uint8_t { None, Single, Differential, Float, Fixed };
 
 /// A fix that the receiver reports in place of its computed one. Vectors are east, north, up.
 struct ForcedFix {
-  StatedFix kind = StatedFix::None;
+  ForcedFixKind kind = ForcedFixKind::None;
   Eigen::Vector3d error_m = Eigen::Vector3d::Zero(), sigma_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_error_mps = Eigen::Vector3d::Zero(), velocity_sigma_mps = Eigen::Vector3d::Zero();
 };
@@ -40,7 +40,7 @@ struct FixEdit {
   std::optional<geodesy::GpsTime> of;
   bool first = false;                                  ///< report the first fix after that time instead
   Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  ///< east, north, up, added
-  std::optional<StatedFix> kind;
+  std::optional<ForcedFixKind> kind;
   std::optional<double> sigma_m;  ///< of each axis; 0: reports none
   double sigma_factor = 1;        ///< of all reported standard deviations
   bool without_satellites = false, dropped = false;

@@ -39,7 +39,7 @@ TEST(CodeSmoother, StatesTheDeviationOfCorrelatedCodes) {
   const std::array<CodeNoise, 2> noise{CodeNoise{1, 0.02}, CodeNoise{3, 4}};
   constexpr int kRuns = 4000, kEpochs = 60;
   constexpr double kStep_s = 0.5;
-  std::vector<double> squares(kEpochs), stated(kEpochs);
+  std::vector<double> squares(kEpochs), reported(kEpochs);
   for (int run = 0; run < kRuns; ++run) {
     RandomStream stream(5, std::to_string(run));
     CodeSmoother smoother;
@@ -56,14 +56,14 @@ TEST(CodeSmoother, StatesTheDeviationOfCorrelatedCodes) {
                                    k > 0 ? std::optional(700.0) : std::nullopt, noise, options);
       const auto i = static_cast<std::size_t>(k);
       squares[i] += std::pow(s.pseudorange_m - (2e7 + 700.0 * k), 2) / kRuns;
-      stated[i] = s.sigma_m;
+      reported[i] = s.sigma_m;
     }
   }
   for (std::size_t k = 0; k < kEpochs; ++k) {
-    EXPECT_NEAR(squares[k], stated[k] * stated[k], 5 * std::sqrt(2.0 / kRuns) * squares[k]) << k;
+    EXPECT_NEAR(squares[k], reported[k] * reported[k], 5 * std::sqrt(2.0 / kRuns) * squares[k]) << k;
   }
-  EXPECT_LT(stated.back(), 0.6 * stated.front());
-  EXPECT_GT(stated.back(), 0.25 * stated.front());  // the slow part stays
+  EXPECT_LT(reported.back(), 0.6 * reported.front());
+  EXPECT_GT(reported.back(), 0.25 * reported.front());  // the slow part stays
 }
 
 TEST(CodeSmoother, BeginsAnewWithoutACarrier) {

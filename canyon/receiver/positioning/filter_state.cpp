@@ -96,7 +96,7 @@ void state_accuracy(FilterState& filter, std::span<Taken> taken, double excess,
                     const PositionFilterOptions& options) {
   const double lasting = options.error_correlation_s > 0 ? excess : 0;
   const double lasting_corrected = std::max(0.0, lasting - 1);
-  StateMatrix& s = filter.stated;
+  StateMatrix& s = filter.reported_covariance;
   // The errors' covariances are linear: C becomes Q C, minus b R K for the satellite's own row.
   StateMatrix until = StateMatrix::Identity();  // Q', Q the product of I - K h' over the rows so far
   double shares = 0;
@@ -165,9 +165,9 @@ void predict(FilterState& filter, double dt, const PositionFilterOptions& option
   const double c2 = kSpeedOfLight * kSpeedOfLight;
   const double white = c2 * options.clock_frequency_density;
   const double walk = c2 * options.clock_drift_density;
-  for (const bool stated : {false, true}) {
-    StateMatrix& p = stated ? filter.stated : filter.p;
-    const double share = stated ? filter.noise_share : 1;
+  for (const bool reported_covariance : {false, true}) {
+    StateMatrix& p = reported_covariance ? filter.reported_covariance : filter.p;
+    const double share = reported_covariance ? filter.noise_share : 1;
     each([&p, dt](int to, int from) { p.row(to) += dt * p.row(from); });
     each([&p, dt](int to, int from) { p.col(to) += dt * p.col(from); });
     p.block<3, 3>(kPosition, kPosition) += share * acceleration * (dt * dt * dt / 3);
@@ -194,7 +194,7 @@ FilterRow pseudorange_row(const FilterState& filter, const RangedSatellite& sate
   row.innovation = satellite.pseudorange_m - satellite.range_m - satellite.space_m - filter.x(clock);
   row.sigma = satellite.sigma_m;
   row.satellite = satellite.measured->id;
-  row.share = satellite.measured->stated_share;
+  row.share = satellite.measured->reported_sigma_ratio;
   return row;
 }
 
@@ -211,7 +211,7 @@ FilterRow doppler_row(const FilterState& filter, const RangedSatellite& satellit
   row.innovation = doppler.measured_mps + kSpeedOfLight * satellite.state.clock_drift - approach / doppler.g -
                    row.gradient(kDrift) * filter.x(kDrift);
   row.sigma = doppler.sigma_mps;
-  row.share = satellite.measured->stated_share;
+  row.share = satellite.measured->reported_sigma_ratio;
   return row;
 }
 
@@ -221,7 +221,7 @@ void widen_clocks(FilterState& filter, double variance_m2) {
     for (const System b : kConstellations) {
       if (!filter.knows(a) || !filter.knows(b)) continue;
       filter.p(clock_of(a), clock_of(b)) += variance_m2;
-      filter.stated(clock_of(a), clock_of(b)) += variance_m2;
+      filter.reported_covariance(clock_of(a), clock_of(b)) += variance_m2;
     }
   }
 }
@@ -277,7 +277,7 @@ void mind_clocks(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double 
     const int clock = clock_of(system);
     filter.known[clock_index(system)] = true;
     filter.x(clock) += upper_median(innovations);
-    for (StateMatrix* p : {&filter.p, &filter.stated}) {
+    for (StateMatrix* p : {&filter.p, &filter.reported_covariance}) {
       p->row(clock).setZero();
       p->col(clock).setZero();
       (*p)(clock, clock) = kUnknown_m * kUnknown_m;

@@ -79,9 +79,9 @@ struct FilterState {
   StateVector x = StateVector::Zero();
   StateMatrix p = StateMatrix::Zero();  ///< for the gains: for white errors by the weights
   /// Covariance of the state's error under these gains, with time-correlated errors as large as residuals.
-  StateMatrix stated = StateMatrix::Zero();
+  StateMatrix reported_covariance = StateMatrix::Zero();
   std::vector<Lasting> lasting;
-  /// Fraction of the motion's noise in `stated`: that of the latest pseudoranges' variances
+  /// Fraction of the motion's noise in `reported_covariance`: that of the latest pseudoranges' variances
   /// (FilterRow::share), because the gains are for the whole errors.
   double noise_share = 1;
 
@@ -106,7 +106,7 @@ class Update {
   /// Replaces its result by that of `other`.
   void adopt(const Update& other) {
     state_.p = other.state_.p;
-    state_.stated = other.state_.stated;
+    state_.reported_covariance = other.state_.reported_covariance;
     correction_ = other.correction_;
     taken_ = other.taken_;
   }

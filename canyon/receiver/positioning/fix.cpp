@@ -245,7 +245,7 @@ class Solver {
     fix.position_ecef = position_;
     fix.position = geodetic;
     Rows shares(rows_);
-    for (Eigen::Index row = 0; row < rows_; ++row) shares(row) = active(row).measured->stated_share;
+    for (Eigen::Index row = 0; row < rows_; ++row) shares(row) = active(row).measured->reported_sigma_ratio;
     const bool corrected = (shares.array() != 1).any();
     const Cofactor covariance = corrected ? least_squares_.covariance(shares) : least_squares_.cofactor();
     fix.covariance_enu = geodesy::rotated(enu_from_ecef, covariance.topLeftCorner<3, 3>());

@@ -47,7 +47,7 @@ struct Measurement {
   double sigma_factor = 1;
   /// Fraction of the deviation of weights and gates that remains after corrections, (0, 1]: a factor of
   /// reported covariances.
-  double stated_share = 1;
+  double reported_sigma_ratio = 1;
 };
 
 enum class FixStatus : std::uint8_t {

@@ -190,7 +190,7 @@ TEST(SolveFix, ErrorsOfManyNoisyFixesHaveTheStatedCovariance) {
   for (Measurement& m : exact) m.sigma_m = 0.5 + 2 * random.uniform();
   constexpr int kRuns = 2000;
   Eigen::Matrix3d sample = Eigen::Matrix3d::Zero();
-  Eigen::Matrix3d stated = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d reported = Eigen::Matrix3d::Zero();
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(kPosition);
   double chi2 = 0;
   int degrees = 0;
@@ -201,7 +201,7 @@ TEST(SolveFix, ErrorsOfManyNoisyFixesHaveTheStatedCovariance) {
     ASSERT_TRUE(fix.solved());
     const Eigen::Vector3d error = enu_from_ecef * (fix.position_ecef - kTruth);
     sample += error * error.transpose() / kRuns;
-    stated = fix.covariance_enu;
+    reported = fix.covariance_enu;
     // Weighted residuals are chi-square with as many degrees as satellites beyond the unknowns.
     for (std::size_t i = 0; i < fix.used.size(); ++i) {
       const auto m = std::find_if(exact.begin(), exact.end(),
@@ -212,8 +212,9 @@ TEST(SolveFix, ErrorsOfManyNoisyFixesHaveTheStatedCovariance) {
   }
   for (int i = 0; i < 3; ++i) {
     for (int k = 0; k < 3; ++k) {
-      const double deviation = std::sqrt((stated(i, i) * stated(k, k) + stated(i, k) * stated(i, k)) / kRuns);
-      EXPECT_NEAR(sample(i, k), stated(i, k), 5 * deviation) << i << k;
+      const double deviation =
+          std::sqrt((reported(i, i) * reported(k, k) + reported(i, k) * reported(i, k)) / kRuns);
+      EXPECT_NEAR(sample(i, k), reported(i, k), 5 * deviation) << i << k;
     }
   }
   EXPECT_NEAR(chi2 / degrees, 1, 5 * std::sqrt(2.0 / degrees));
@@ -493,12 +494,13 @@ TEST(SolveFix, StatesWhatTheModelOfTheIonosphereMayLeave) {
   const Eigen::Matrix3d expected = error * error.transpose() / 4;
   EXPECT_LT((stating.covariance_enu - plain.covariance_enu - expected).norm(), 0.01 * expected.norm());
   // Corrections replace the model.
-  for (Measurement& m : measurements) m.stated_share = 0.5;
+  for (Measurement& m : measurements) m.reported_sigma_ratio = 0.5;
   options.covariance_by_residuals = false;
   const Fix corrected = solve_fix(kTime, measurements, four_systems(), options, {{System::GPS, model}});
   options.covariance_by_residuals = true;
-  const Fix stated = solve_fix(kTime, measurements, four_systems(), options, {{System::GPS, model}});
-  EXPECT_LT((stated.covariance_enu - corrected.covariance_enu).norm(), 1e-6 * stated.covariance_enu.norm());
+  const Fix reported = solve_fix(kTime, measurements, four_systems(), options, {{System::GPS, model}});
+  EXPECT_LT((reported.covariance_enu - corrected.covariance_enu).norm(),
+            1e-6 * reported.covariance_enu.norm());
 }
 
 TEST(SolveFix, RefusesWhatIsNoMeasurement) {

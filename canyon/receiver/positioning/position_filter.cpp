@@ -71,7 +71,7 @@ void take_motion(const FilterState& filter, FilterEpoch& epoch, Update& update) 
   const Dopplers expected = take_dopplers(filter, epoch, kGateSigmas, update);
   if (2 * expected.taken >= expected.considered) return;
   turned.p.block<3, 3>(kVelocity, kVelocity) += unknown_velocity(turned.position());
-  turned.stated.block<3, 3>(kVelocity, kVelocity) += unknown_velocity(turned.position());
+  turned.reported_covariance.block<3, 3>(kVelocity, kVelocity) += unknown_velocity(turned.position());
   const Dopplers agreed = take_dopplers(turned, epoch, kGateSigmas, other);
   // Any four determine a velocity and a drift.
   if (agreed.taken > 4 && 2 * agreed.taken > agreed.considered) update.adopt(other);
@@ -127,7 +127,7 @@ std::optional<FilterState> begin(FilterEpoch& epoch, const Fix& fix, const FixOp
     filter.x(clock_of(system)) = bias_s * kSpeedOfLight;
     filter.p(clock_of(system), clock_of(system)) = kUnknown_m * kUnknown_m;
   }
-  filter.stated = filter.p;
+  filter.reported_covariance = filter.p;
   Update update(filter, epoch.taken);
   epoch.passed.assign(epoch.satellites.size(), false);
   epoch.candidates.clear();
@@ -234,7 +234,8 @@ bool somewhere(const FilterState& filter) {
 }
 
 bool accurate(const FilterState& filter, const PositionFilterOptions& options) {
-  return std::sqrt(filter.stated.block<3, 3>(kPosition, kPosition).trace()) <= options.max_sigma_m;
+  return std::sqrt(filter.reported_covariance.block<3, 3>(kPosition, kPosition).trace()) <=
+         options.max_sigma_m;
 }
 
 /// Design matrix of the satellites whose `is_in` is true: east, north, up, and a clock for each constellation
@@ -298,7 +299,8 @@ Fix describe(const FilterState& filter, FilterEpoch& epoch, const Fix& of, const
   fix.position_ecef = filter.position();
   fix.position = geodesy::geodetic_from_ecef(fix.position_ecef);
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(fix.position);
-  fix.covariance_enu = geodesy::rotated(enu_from_ecef, filter.stated.block<3, 3>(kPosition, kPosition));
+  fix.covariance_enu =
+      geodesy::rotated(enu_from_ecef, filter.reported_covariance.block<3, 3>(kPosition, kPosition));
   fix.velocity_enu_mps = enu_from_ecef * filter.velocity();
   fix.velocity_covariance_enu = geodesy::rotated(enu_from_ecef, filter.p.block<3, 3>(kVelocity, kVelocity));
   fix.clock_drift = filter.x(kDrift) / kSpeedOfLight;

@@ -133,15 +133,15 @@ TEST(PositionFilterLimits, StatesTheEpochsAccuracyForErrorsThatNeverChange) {
     for (int i = 0; i < 30; ++i) {
       const std::vector<Measurement> measurements = i < 10 ? drive.measure() : in_a_street(drive);
       const Fix fix = solve_fix(drive.receiver_time(), measurements, sky(), options);
-      const Fix stated = filter.update(drive.receiver_time(), measurements, sky(), fix);
+      const Fix reported = filter.update(drive.receiver_time(), measurements, sky(), fix);
       const Fix other = white.update(drive.receiver_time(), measurements, sky(), fix);
-      EXPECT_EQ(stated.position_ecef, other.position_ecef);
+      EXPECT_EQ(reported.position_ecef, other.position_ecef);
       if (i > 1) {
         if (i < 10) {
-          EXPECT_GT(sigma_m(stated), 0.85 * sigma_m(fix)) << i;
-          EXPECT_LT(sigma_m(stated), (by_residuals ? 1.5 : 1.03) * sigma_m(fix)) << i;
+          EXPECT_GT(sigma_m(reported), 0.85 * sigma_m(fix)) << i;
+          EXPECT_LT(sigma_m(reported), (by_residuals ? 1.5 : 1.03) * sigma_m(fix)) << i;
         }
-        EXPECT_LT(sigma_m(other), 0.8 * sigma_m(stated)) << i;
+        EXPECT_LT(sigma_m(other), 0.8 * sigma_m(reported)) << i;
         EXPECT_EQ(sigma_m(other) > 4, by_residuals && i >= 10) << i << ": " << sigma_m(other);
       }
       drive.advance(1);

@@ -160,7 +160,7 @@ void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& recei
                                        of_terms_m)
                             .code;
     const double ionosphere_m = of_terms_m[static_cast<std::size_t>(receiver::RangeTermId::Ionosphere)];
-    satellite.ionosphere_m = m.stated_share == 1 ? ionosphere_m : 0;
+    satellite.ionosphere_m = m.reported_sigma_ratio == 1 ? ionosphere_m : 0;
   }
 }
 

@@ -41,10 +41,10 @@ std::vector<ObservedMinusComputed> observed_minus_computed(
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(geodetic);
 
   // A receiver without any C/N0 is assumed to be in the open.
-  const bool stated =
+  const bool reported =
       std::any_of(observations.begin(), observations.end(),
                   [](const SignalMeasurement& seen) { return seen.measurement.cn0_dbhz.has_value(); });
-  const double unknown_dbhz = stated ? positioning::kUnknownCn0_dbhz : kUsualCn0_dbhz;
+  const double unknown_dbhz = reported ? positioning::kUnknownCn0_dbhz : kUsualCn0_dbhz;
 
   std::vector<ObservedMinusComputed> result;
   result.reserve(observations.size());

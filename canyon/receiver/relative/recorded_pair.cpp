@@ -62,8 +62,8 @@ RecordedEpochs recorded_epochs(const std::vector<rinex::ObservationEpoch>& recor
   RecordedEpochs result;
   for (const rinex::ObservationEpoch& epoch : recorded) {
     Corrections of_epoch;
-    const auto stated = point || !epoch.header ? point : epoch.header->antenna_ecef();
-    of_epoch.station_ecef = stated.value_or(Eigen::Vector3d::Constant(std::nan("")));
+    const auto reported = point || !epoch.header ? point : epoch.header->antenna_ecef();
+    of_epoch.station_ecef = reported.value_or(Eigen::Vector3d::Constant(std::nan("")));
     of_epoch.receiver_time = epoch.receiver_time;
     of_epoch.observations = signals.next(epoch);
     result.push_back(std::make_shared<const Corrections>(std::move(of_epoch)));

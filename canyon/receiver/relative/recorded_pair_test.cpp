@@ -324,13 +324,13 @@ TEST_F(RecordedPair, JumpsOfAMillisecondInCodesAlone) {
 TEST_F(RecordedPair, StatesWhatItErrs) {
   keep({System::GPS, System::Galileo});
   const auto epochs = solve(base());
-  double squares = 0, stated = 0;
+  double squares = 0, reported = 0;
   for (const PairEpoch& epoch : epochs) {
     squares += error_enu(epoch.fix).squaredNorm();
-    stated += epoch.fix.covariance_enu.trace();
+    reported += epoch.fix.covariance_enu.trace();
   }
-  EXPECT_GT(stated, 0.5 * squares);
-  EXPECT_LT(stated, 60 * squares);
+  EXPECT_GT(reported, 0.5 * squares);
+  EXPECT_LT(reported, 60 * squares);
 }
 
 // Like two antennas of a vehicle: the reported deviations follow from the residuals.
@@ -341,13 +341,13 @@ TEST_F(RecordedPair, StatesWhatItErrsBesideAMovingBase) {
     of_epoch.moving = true;
     epoch = std::make_shared<const Corrections>(std::move(of_epoch));
   }
-  double squares = 0, stated = 0;
+  double squares = 0, reported = 0;
   for (const PairEpoch& epoch : solve(moving)) {
     squares += error_enu(epoch.fix).squaredNorm();
-    stated += epoch.fix.baseline->covariance_enu.trace();
+    reported += epoch.fix.baseline->covariance_enu.trace();
   }
-  EXPECT_GT(std::sqrt(stated / squares), 0.7);
-  EXPECT_LT(std::sqrt(stated / squares), 1.4);
+  EXPECT_GT(std::sqrt(reported / squares), 0.7);
+  EXPECT_LT(std::sqrt(reported / squares), 1.4);
 }
 
 // A base whose reported position is wrong by metres moves the rover by the same vector.

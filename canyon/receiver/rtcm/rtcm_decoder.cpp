@@ -443,7 +443,7 @@ void CorrectionsDecoder::read_msm(Fields& fields, GpsTime now, Epochs& complete)
   const int kind = fields.number() % 10;
   const bool whole = kind >= 4, fine = kind >= 6, rates = kind == 5 || kind == 7, phases = kind >= 3;
   const int id = fields.count(12);
-  const std::uint64_t stated = fields.take(30);
+  const std::uint64_t reported = fields.take(30);
   const bool more = fields.take(1) != 0;
   fields.take(3 + 7 + 2 + 2 + 1 + 3);  // DF409, DF001, DF411, DF412, DF417, DF418
   const std::uint64_t satellites = fields.take(64), signals = fields.take(32);
@@ -464,12 +464,12 @@ void CorrectionsDecoder::read_msm(Fields& fields, GpsTime now, Epochs& complete)
   if (fields.lacks(n * satellite_bits + cell_count * cell_bits))
     return problem(fields, "shorter than its masks require");
   const bool glonass = system == System::GLONASS;
-  const auto ms = static_cast<std::int64_t>(glonass ? stated & ((1U << 27) - 1) : stated);
+  const auto ms = static_cast<std::int64_t>(glonass ? reported & ((1U << 27) - 1) : reported);
   if (ms >= (glonass ? kDay_ms + 1000 : kWeek_ms)) return problem(fields, "the time is beyond its period");
 
   observe(id);
   begin(glonass
-            ? from_glonass(now, static_cast<int>(stated >> 27), ms)
+            ? from_glonass(now, static_cast<int>(reported >> 27), ms)
             : nearest(now, ms + (system == System::BeiDou ? geodesy::kBdtSecondsOffset * 1000 : 0), kWeek_ms),
         complete);
   const auto whole_ms = fields.column(whole ? n : 0, 8, false);

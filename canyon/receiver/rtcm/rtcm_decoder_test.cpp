@@ -500,8 +500,8 @@ Bits legacy(System system, GpsTime time, const std::map<gnss::SatelliteId, std::
   const bool glonass = system == System::GLONASS;
   Bits bits;
   bits.put((glonass ? 1010 : 1002) + (two_bands ? 2 : 0), 12).put(7, 12);
-  const std::uint64_t stated = time_field(system, time);
-  bits.put(glonass ? stated & ((1U << 27) - 1) : stated, glonass ? 27 : 30);
+  const std::uint64_t reported = time_field(system, time);
+  bits.put(glonass ? reported & ((1U << 27) - 1) : reported, glonass ? 27 : 30);
   bits.put(more ? 1 : 0, 1).put(satellites.size(), 5).put(0, 4);
   const double unit_m = kMillisecond_m * (glonass ? 2 : 1);
   const auto lock = [](double s) {

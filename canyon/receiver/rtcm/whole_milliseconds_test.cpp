@@ -150,8 +150,8 @@ TEST(WholeMilliseconds, LegacyMessages) {
     Bits bits;
     const System system = glonass ? System::GLONASS : System::GPS;
     bits.put(glonass ? 1009 : 1001, 12).put(7, 12);
-    const std::uint64_t stated = time_field(system, kTime);
-    bits.put(glonass ? stated & ((1U << 27) - 1) : stated, glonass ? 27 : 30)
+    const std::uint64_t reported = time_field(system, kTime);
+    bits.put(glonass ? reported & ((1U << 27) - 1) : reported, glonass ? 27 : 30)
         .put(0, 1)
         .put(cells.size(), 5)
         .put(0, 4);

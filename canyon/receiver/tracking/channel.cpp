@@ -416,16 +416,17 @@ LoopErrors Channel::sample(ChannelModel& model, geodesy::GpsTime time, double cn
     errors.doppler_hz = doppler_noise_.advance(elapsed, errors.doppler_sigma_hz);
     errors.phase_cycles = phase_noise_.advance(elapsed, errors.phase_sigma_cycles);
   }
-  errors.stated_cn0_dbhz = cn0_dbhz;
+  errors.reported_cn0_dbhz = cn0_dbhz;
   if (options.cn0_averaging_s > 0) {  // after a gap the mean has no memory
     const double share = sampled_ ? -std::expm1(-elapsed / options.cn0_averaging_s) : 1;
     mean_cn0_hz_ += share * (ratio - mean_cn0_hz_);
-    errors.stated_cn0_dbhz = 10 * std::log10(mean_cn0_hz_);
+    errors.reported_cn0_dbhz = 10 * std::log10(mean_cn0_hz_);
   }
   sampled_ = time;
-  if (options.cn0_sigma_db > 0) errors.stated_cn0_dbhz += options.cn0_sigma_db * cn0_noise_.normal();
+  if (options.cn0_sigma_db > 0) errors.reported_cn0_dbhz += options.cn0_sigma_db * cn0_noise_.normal();
   if (options.cn0_step_db > 0)
-    errors.stated_cn0_dbhz = options.cn0_step_db * std::round(errors.stated_cn0_dbhz / options.cn0_step_db);
+    errors.reported_cn0_dbhz =
+        options.cn0_step_db * std::round(errors.reported_cn0_dbhz / options.cn0_step_db);
   return errors;
 }
 

@@ -130,7 +130,7 @@ struct LoopErrors {
   double code_m = 0, doppler_hz = 0, phase_cycles = 0;
   double code_sigma_m = 0, doppler_sigma_hz = 0, phase_sigma_cycles = 0;
   double code_rate_per_s = 0;  ///< of the code's: errors tau apart correlate by e^(-rate tau)
-  double stated_cn0_dbhz = 0;
+  double reported_cn0_dbhz = 0;
 };
 
 /// One channel of a receiver: a signal of one satellite from its paths to code delay, C/N0, lock and phase.

@@ -130,17 +130,17 @@ TEST(SignalOptions, StatedCn0IsAMean) {
   const gnss::Signal& l1 = gnss::signals_of(System::GPS).front();
   for (const int rate_hz : {1, 10}) {
     Channel channel(model, {System::GPS, 3}, l1, {});
-    EXPECT_NEAR(channel.sample(model, {}, 40).stated_cn0_dbhz, 40, 1e-9);
+    EXPECT_NEAR(channel.sample(model, {}, 40).reported_cn0_dbhz, 40, 1e-9);
     LoopErrors errors;
     for (int i = 1; i <= 2 * rate_hz; ++i) {
       const double t = static_cast<double>(i) / rate_hz;
       errors = channel.sample(model, geodesy::GpsTime() + t, 20);
       const double mean = 100 + (10'000 - 100) * std::exp(-t / 0.7);
-      EXPECT_NEAR(errors.stated_cn0_dbhz, 10 * std::log10(mean), 1e-6) << t;
+      EXPECT_NEAR(errors.reported_cn0_dbhz, 10 * std::log10(mean), 1e-6) << t;
     }
     Channel weak(model, {System::GPS, 3}, l1, {});
     EXPECT_EQ(errors.code_sigma_m, weak.sample(model, {}, 20).code_sigma_m);
-    EXPECT_NEAR(channel.sample(model, geodesy::GpsTime() + 60, 30).stated_cn0_dbhz, 30, 1e-6);
+    EXPECT_NEAR(channel.sample(model, geodesy::GpsTime() + 60, 30).reported_cn0_dbhz, 30, 1e-6);
   }
 }
 

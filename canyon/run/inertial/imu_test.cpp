@@ -233,14 +233,14 @@ TEST(Imu, FreezesAndGoesOn) {
   options.profile = ImuProfile::Ideal;
   options.frozen = {{0.025, 0.045}};
   Imu imu(options, 3);
-  std::vector<double> stated;
+  std::vector<double> reported;
   for (int k = 1; k <= 6; ++k) {
     const auto sample = imu.measure({{1.0 * k, 0, 0}, {0, 0, 0}}, 0.01 * k, 0.01);
     ASSERT_TRUE(sample);
     EXPECT_DOUBLE_EQ(sample->time_s, 0.01 * k);
-    stated.push_back(sample->measured.specific_force_mps2.x());
+    reported.push_back(sample->measured.specific_force_mps2.x());
   }
-  EXPECT_EQ(stated, (std::vector<double>{1, 2, 2, 2, 5, 6}));
+  EXPECT_EQ(reported, (std::vector<double>{1, 2, 2, 2, 5, 6}));
 }
 
 TEST(Imu, BiasFollowsTheTemperature) {

@@ -142,14 +142,14 @@ WheelSample Wheels::measure(const WheelPair& travelled_m, double dt_s) {
     double felt_m = travelled_m[i] * (1 + wheel.scale + wheel.slip);
     if (!options_.direction) felt_m = std::abs(felt_m);
     wheel.counted_m += felt_m;
-    double stated_m = wheel.counted_m;
+    double reported_m = wheel.counted_m;
     if (sample.ticks) {
       const double ticks = std::floor(wheel.counted_m / options_.tick_m);
       (*sample.ticks)[i] = static_cast<std::int64_t>(ticks);
-      stated_m = ticks * options_.tick_m;
+      reported_m = ticks * options_.tick_m;
     }
-    sample.speed_mps[i] = (stated_m - wheel.stated_m) / dt_s;
-    wheel.stated_m = stated_m;
+    sample.speed_mps[i] = (reported_m - wheel.reported_m) / dt_s;
+    wheel.reported_m = reported_m;
   }
   return sample;
 }

@@ -91,8 +91,8 @@ class Wheels {
  private:
   struct Wheel {
     double scale = 0, slip = 0;
-    double counted_m = 0;  ///< distance that the sensor has measured
-    double stated_m = 0;   ///< reported part of it, in whole ticks
+    double counted_m = 0;   ///< distance that the sensor has measured
+    double reported_m = 0;  ///< reported part of it, in whole ticks
   };
   WheelOptions options_;
   RandomStream random_;

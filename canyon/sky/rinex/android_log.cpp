@@ -221,14 +221,14 @@ class AndroidReader {
     if (epoch_ && time_ns == time_ns_) return {};
     end_epoch();
     time_ns_ = time_ns;
-    const HeldBias stated{whole_ns, bias_ns - std::round(bias_ns),
-                          log_.integer(DiscontinuityCount).value_or(0)};
-    const bool goes_on = held_ && held_->discontinuities == stated.discontinuities &&
+    const HeldBias reported{whole_ns, bias_ns - std::round(bias_ns),
+                            log_.integer(DiscontinuityCount).value_or(0)};
+    const bool goes_on = held_ && held_->discontinuities == reported.discontinuities &&
                          std::abs(held_->whole_ns - whole_ns) < kHeldWithin_ns;
     epoch_.emplace();
     epoch_->power_failure = held_ && !goes_on;
     epoch_->line = log_.file().line();
-    if (!goes_on) held_ = stated;
+    if (!goes_on) held_ = reported;
     epoch_->receiver_time = GpsTime::from_nanoseconds(time_ns - held_->whole_ns);
     return {};
   }
@@ -277,9 +277,9 @@ class AndroidReader {
   /// Finds signal and code from the line's carrier and code. @param rank of the code, 0 is the best
   [[nodiscard]] bool find_signal(ObservedSignal& found, double& carrier_hz, std::size_t& rank) {
     const std::span<const gnss::Signal> signals = gnss::signals_of(found.id.system);
-    const double stated_hz = log_.number(CarrierFrequency).value_or(signals.front().carrier_hz);
+    const double reported_hz = log_.number(CarrierFrequency).value_or(signals.front().carrier_hz);
     const auto distance = [&](const gnss::Signal& s) {
-      return std::abs(nominal_carrier_hz(s, stated_hz) - stated_hz);
+      return std::abs(nominal_carrier_hz(s, reported_hz) - reported_hz);
     };
     const auto nearest = std::min_element(
         signals.begin(), signals.end(),
@@ -296,7 +296,7 @@ class AndroidReader {
       found.signal = &signal;
       found.code = {code[0], code[1], '\0'};
       rank = static_cast<std::size_t>(at - codes.begin());
-      carrier_hz = nominal_carrier_hz(signal, stated_hz);
+      carrier_hz = nominal_carrier_hz(signal, reported_hz);
       return true;
     }
     if (!options_.all_signals) {
@@ -304,15 +304,15 @@ class AndroidReader {
     } else {
       result_.report.unknown_codes[gnss::letter(found.id.system)].insert(
           known ? nearest->code.front() + std::string(type.substr(0, 8))
-                : fmt::format("{:.7g} Hz", stated_hz));
+                : fmt::format("{:.7g} Hz", reported_hz));
     }
     return false;
   }
 
   /// Logs have single-precision carriers: 1575420030 Hz.
-  static double nominal_carrier_hz(const gnss::Signal& signal, double stated_hz) {
+  static double nominal_carrier_hz(const gnss::Signal& signal, double reported_hz) {
     if (signal.channel_hz == 0) return signal.carrier_hz;
-    const double channel = std::round((stated_hz - signal.carrier_hz) / signal.channel_hz);
+    const double channel = std::round((reported_hz - signal.carrier_hz) / signal.channel_hz);
     return signal.carrier_hz + signal.channel_hz * std::clamp(channel, -7.0, 13.0);
   }
 

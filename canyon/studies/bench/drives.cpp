@@ -107,14 +107,14 @@ class DriveSink final : public simulation::EpochSink {
     const double none = std::numeric_limits<double>::quiet_NaN();
     const Eigen::Vector3d v = fix.velocity_enu_mps.value_or(Eigen::Vector3d::Constant(none));
     for (const double each : v) fixes_ += "," + output::fixed(each, 4);
-    const bool stated = !fix.covariance_enu.isZero(0);
+    const bool reported = !fix.covariance_enu.isZero(0);
     const auto covariance = [&](const Eigen::Matrix3d& c, bool known, int decimals) {
       for (int i = 0; i < 3; ++i)
         for (int j = i; j < 3; ++j) fixes_ += "," + (known ? output::fixed(c(i, j), decimals) : "");
     };
-    covariance(fix.covariance_enu, stated, 6);
+    covariance(fix.covariance_enu, reported, 6);
     covariance(fix.velocity_covariance_enu.value_or(Eigen::Matrix3d::Zero()),
-               stated && fix.velocity_covariance_enu.has_value(), 8);
+               reported && fix.velocity_covariance_enu.has_value(), 8);
     fixes_ += fmt::format(",{},{},{}\n", fix.used.size(), fix.dop ? output::fixed(fix.dop->hdop, 2) : "",
                           fix.dop ? output::fixed(fix.dop->pdop, 2) : "");
   }

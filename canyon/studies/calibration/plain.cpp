@@ -120,16 +120,16 @@ void add_leaves_out(std::span<const Observed> recorded, std::span<const std::set
 }
 
 /// A reported C/N0 and its epoch, counted over all recordings.
-struct Stated {
+struct ReportedCn0 {
   double cn0_dbhz = 0;
   std::size_t epoch = 0;
 };
 
 /// The C/N0 of satellites' first signals near the limits of lock.
 struct LockRecord {
-  std::vector<Stated> hidden;  ///< of satellites that are hidden in the map
-  std::vector<Stated> last;    ///< before a signal is lost
-  std::vector<Stated> found;   ///< first ones after gaps
+  std::vector<ReportedCn0> hidden;  ///< of satellites that are hidden in the map
+  std::vector<ReportedCn0> last;    ///< before a signal is lost
+  std::vector<ReportedCn0> found;   ///< first ones after gaps
 };
 
 LockRecord lock_record(std::span<const Observed> recorded) {
@@ -142,10 +142,10 @@ LockRecord lock_record(std::span<const Observed> recorded) {
       for (const Sample& s : series.samples) {
         if (before != nullptr && before->epoch + 1 != s.epoch) tracked = nullptr;
         if (s.tracked && s.cn0_dbhz) {
-          const Stated stated{*s.cn0_dbhz, offset + s.epoch};
-          if (!s.clear) record.hidden.push_back(stated);
+          const ReportedCn0 reported{*s.cn0_dbhz, offset + s.epoch};
+          if (!s.clear) record.hidden.push_back(reported);
           if (tracked != nullptr && e.times[s.epoch] - e.times[tracked->epoch] > kGap_s)
-            record.found.push_back(stated);
+            record.found.push_back(reported);
           tracked = &s;
         } else if (tracked != nullptr && tracked == before) {
           record.last.push_back({*tracked->cn0_dbhz, offset + tracked->epoch});
@@ -158,14 +158,14 @@ LockRecord lock_record(std::span<const Observed> recorded) {
   return record;
 }
 
-std::vector<double> cn0_of(const std::vector<Stated>& all) {
+std::vector<double> cn0_of(const std::vector<ReportedCn0>& all) {
   std::vector<double> values;
-  for (const Stated& s : all) values.push_back(s.cn0_dbhz);
+  for (const ReportedCn0& s : all) values.push_back(s.cn0_dbhz);
   return values;
 }
 
 /// A quantile of reported C/N0, with its bootstrap interval.
-Estimate threshold_of(const std::vector<Stated>& all, double share, const char* key, double before,
+Estimate threshold_of(const std::vector<ReportedCn0>& all, double share, const char* key, double before,
                       std::span<const std::vector<std::uint16_t>> draws) {
   Estimate estimate{key, "dB-Hz", options::show(before)};
   const auto value = quantile(cn0_of(all), share);
@@ -173,7 +173,7 @@ Estimate threshold_of(const std::vector<Stated>& all, double share, const char* 
   std::vector<double> drawn;
   for (const auto& weights : draws) {
     std::vector<double> values;
-    for (const Stated& s : all) values.insert(values.end(), weights[s.epoch], s.cn0_dbhz);
+    for (const ReportedCn0& s : all) values.insert(values.end(), weights[s.epoch], s.cn0_dbhz);
     if (const auto of_draw = quantile(values, share)) drawn.push_back(*of_draw);
   }
   constexpr double kHalfStep = 0.5;  // reported C/N0 are steps of a decibel
@@ -237,33 +237,33 @@ void add_tracked(std::span<const Observed> recorded, std::span<const std::set<gn
 
 void add_step(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
               Calibration& result) {
-  std::vector<double> stated;
+  std::vector<double> reported;
   for (const Observed& e : recorded) {
     for (const Series& series : e.series) {
       for (const Sample& s : series.samples)
-        if (s.tracked && s.cn0_dbhz) stated.push_back(*s.cn0_dbhz);
+        if (s.tracked && s.cn0_dbhz) reported.push_back(*s.cn0_dbhz);
     }
   }
   const double before = receiver.options.signal.cn0_step_db;
   Estimate estimate{"signal.cn0_step_db", "dB", options::show(before)};
   constexpr std::size_t kFewest = 100;
-  if (stated.size() < kFewest) {
-    estimate.basis = fmt::format("{} reported C/N0", stated.size());
+  if (reported.size() < kFewest) {
+    estimate.basis = fmt::format("{} reported C/N0", reported.size());
     return result.add(std::move(estimate));
   }
   double step = 0;
   for (const double tried : {1.0, 0.5, 0.25, 0.2, 0.1, 0.05}) {
-    const auto whole = std::count_if(stated.begin(), stated.end(), [tried](double value) {
+    const auto whole = std::count_if(reported.begin(), reported.end(), [tried](double value) {
       return std::abs(std::remainder(value, tried)) < 1e-3;
     });
-    if (static_cast<double>(whole) > 0.995 * static_cast<double>(stated.size())) {
+    if (static_cast<double>(whole) > 0.995 * static_cast<double>(reported.size())) {
       step = tried;
       break;
     }
   }
   estimate.recorded = options::show(step);
   estimate.verdict = step == before ? Verdict::Agrees : Verdict::Fitted;
-  estimate.basis = fmt::format("the coarsest step of {} reported C/N0{}", stated.size(),
+  estimate.basis = fmt::format("the coarsest step of {} reported C/N0{}", reported.size(),
                                step == 0 ? ": finer than 0.05" : "");
   result.add(std::move(estimate));
 }
@@ -336,7 +336,7 @@ void add_lock_thresholds(std::span<const Observed> recorded, const simulation::R
   const LockRecord record = lock_record(recorded);
   const auto lost_near = [&record](double threshold) {
     return std::count_if(record.last.begin(), record.last.end(),
-                         [=](const Stated& s) { return s.cn0_dbhz <= threshold + kNear_dB; });
+                         [=](const ReportedCn0& s) { return s.cn0_dbhz <= threshold + kNear_dB; });
   };
 
   Estimate tracking = threshold_of(record.hidden, kWeakestShare, "signal.lock.tracking_threshold_dbhz",

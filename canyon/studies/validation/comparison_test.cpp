@@ -365,7 +365,7 @@ TEST(Comparison, OwnFixesAndThePositionFilter) {
   EXPECT_FALSE(std::isfinite(own.mean_used));
   const ModelFigures f = figures(filtered, count, count, "second half");
   EXPECT_EQ(f.filtered.simulated.epochs, count);
-  EXPECT_EQ(f.filtered.measured.stated, f.filtered.measured.fixes);
+  EXPECT_EQ(f.filtered.measured.reported, f.filtered.measured.fixes);
   EXPECT_GE(f.filtered.measured.horizontal_within[1], f.filtered.measured.horizontal_within[0]);
 }
 

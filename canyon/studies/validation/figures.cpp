@@ -103,7 +103,7 @@ PositionFigures position_figures(std::span<const ComparedFix> fixes) {
     horizontal.push_back(f.error_enu_m.head<2>().norm());
     vertical.push_back(std::abs(f.error_enu_m.z()));
     if (!(f.horizontal_sigma_m > 0 && f.vertical_sigma_m > 0)) continue;
-    ++p.stated;
+    ++p.reported;
     for (std::size_t i = 0; i < 2; ++i) {
       const auto deviations = static_cast<double>(i + 1);
       p.horizontal_within.at(i) += horizontal.back() <= deviations * f.horizontal_sigma_m ? 1 : 0;
@@ -111,7 +111,7 @@ PositionFigures position_figures(std::span<const ComparedFix> fixes) {
     }
   }
   for (auto* shares : {&p.horizontal_within, &p.vertical_within})
-    for (double& share : *shares) share /= static_cast<double>(std::max<std::size_t>(p.stated, 1));
+    for (double& share : *shares) share /= static_cast<double>(std::max<std::size_t>(p.reported, 1));
   if (p.fixes > 0) p.mean_used = used / static_cast<double>(p.fixes);
   p.horizontal_m = five_quantiles(horizontal);
   p.vertical_m = five_quantiles(vertical);

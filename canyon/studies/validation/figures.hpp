@@ -64,7 +64,7 @@ struct PositionFigures {
   /// Satellites, over epochs with a fix; NaN without.
   double mean_used = std::numeric_limits<double>::quiet_NaN();
   std::array<double, 5> horizontal_m = kNoQuantiles, vertical_m = kNoQuantiles;  ///< vertical without sign
-  std::size_t stated = 0;  ///< fixes with a reported accuracy
+  std::size_t reported = 0;  ///< fixes with a reported accuracy
   /// Fractions of these with an error of at most once and at most twice the reported deviation (ComparedFix).
   std::array<double, 2> horizontal_within{}, vertical_within{};
 };

@@ -78,7 +78,7 @@ Json json_of(const Explained& e) {
 
 Json json_of(const PositionFigures& p) {
   const auto within = [&p](const std::array<double, 2>& shares) {
-    return p.stated > 0 ? Json::array({shares[0], shares[1]}) : Json();
+    return p.reported > 0 ? Json::array({shares[0], shares[1]}) : Json();
   };
   return {{"epochs", p.epochs},
           {"fixes", p.fixes},
@@ -322,7 +322,7 @@ std::vector<FigureTable> position_tables(const ModelFigures& f) {
   if (f.own_fixes)
     filtered.rows.push_back(quantiles_row("Horizontal, receiver's own", f.own_fixes->horizontal_m));
   if (!filtered.rows.empty()) tables.push_back(std::move(filtered));
-  FigureTable stated{
+  FigureTable reported{
       "Errors relative to the reported accuracy",
       {"Fraction of fixes [%]", "Horizontal within 1", "within 2", "Vertical within 1", "within 2"},
       {},
@@ -331,13 +331,13 @@ std::vector<FigureTable> position_tables(const ModelFigures& f) {
   for (const auto& [name, position] : {std::pair("Single epochs", &f.position), {"Filter", &f.filtered}}) {
     for (const Side side : kSides) {
       const PositionFigures& p = position->of(side);
-      if (p.stated == 0) continue;
-      stated.rows.push_back({std::string(name) + word(side), shown(100 * p.horizontal_within[0], 0),
-                             shown(100 * p.horizontal_within[1], 0), shown(100 * p.vertical_within[0], 0),
-                             shown(100 * p.vertical_within[1], 0)});
+      if (p.reported == 0) continue;
+      reported.rows.push_back({std::string(name) + word(side), shown(100 * p.horizontal_within[0], 0),
+                               shown(100 * p.horizontal_within[1], 0), shown(100 * p.vertical_within[0], 0),
+                               shown(100 * p.vertical_within[1], 0)});
     }
   }
-  if (!stated.rows.empty()) tables.push_back(std::move(stated));
+  if (!reported.rows.empty()) tables.push_back(std::move(reported));
   return tables;
 }
 

@@ -63,7 +63,7 @@ DeviceEpoch DeviceEpochs::next(const simulation::Epoch& epoch) {
   if (seen.fix.solved() && !first_fix_) first_fix_ = seen.time;
   raw_ = observations_.next(seen);
   return {seen,
-          round_to(seen.stated_time(), kMillisecond),
+          round_to(seen.reported_time(), kMillisecond),
           first_fix_.has_value(),
           first_fix_ ? *first_fix_ - start_ : 0,
           seen.time - start_,

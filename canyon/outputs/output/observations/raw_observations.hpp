@@ -124,10 +124,10 @@ class ReceivedMessages {
 /// that made it.
 struct DeviceEpoch {
   const receiver::ReceiverEpoch& seen;
-  geodesy::GpsTime stated;  ///< time reported by the receiver, to the nearest millisecond
-  bool time_known = false;  ///< there was a fix since the start
-  double first_fix_s = 0;   ///< from the start to the first fix; 0 until there was one
-  double uptime_s = 0;      ///< since the start
+  geodesy::GpsTime reported_time;  ///< time reported by the receiver, to the nearest millisecond
+  bool time_known = false;         ///< there was a fix since the start
+  double first_fix_s = 0;          ///< from the start to the first fix; 0 until there was one
+  double uptime_s = 0;             ///< since the start
   const RawEpoch& raw;
   const std::map<gnss::SatelliteId, int>& glonass_channels;
   double geoid_undulation_m = 0;  ///< at the position of the fix

@@ -166,8 +166,8 @@ std::string receiver_time(const DeviceEpoch& epoch) {
   if (!epoch.time_known)
     return p.u1(-128).u1(-128).u1(-128).u1(-128).u1(-128).u1(-128).u1(-128).u1(0).bytes();
   // Uses the block's time of week rounded to a millisecond, which may be in the next second.
-  const double rounded_s = epoch.stated - epoch.seen.stated_time();
-  const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.stated_utc() + rounded_s);
+  const double rounded_s = epoch.reported_time - epoch.seen.reported_time();
+  const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.reported_utc() + rounded_s);
   p.u1(utc.year % 100).u1(utc.month).u1(utc.day).u1(utc.hour).u1(utc.minute).u1(utc.second);
   return p.u1(geodesy::leap_seconds(epoch.seen.time)).u1(0b111).bytes();  // week, time of week, fine time
 }
@@ -303,10 +303,11 @@ struct Carrier {
   [[nodiscard]] std::uint64_t low() const { return static_cast<std::uint64_t>(steps) & 0xFFFF; }
   [[nodiscard]] std::int64_t high() const { return steps >> 16; }
 };
-Carrier carrier_of(const RawObservation& o, double stated_range_m) {
+Carrier carrier_of(const RawObservation& o, double reported_range_m) {
   if (!o.carrier_phase_cycles) return {};
   const double wavelength_m = geodesy::kSpeedOfLight / o.measurement->carrier_frequency_hz;
-  const auto steps = std::llround((*o.carrier_phase_cycles - stated_range_m / wavelength_m) / kPhase_cycles);
+  const auto steps =
+      std::llround((*o.carrier_phase_cycles - reported_range_m / wavelength_m) / kPhase_cycles);
   constexpr std::int64_t kMost = 127 * kHigh;  // a phase this far from the code is not sent
   return std::abs(steps) > kMost ? Carrier{} : Carrier{steps};
 }
@@ -319,14 +320,14 @@ int strength(const RawObservation& o) {
 }
 
 /// The rounded pseudorange of its field, to which readers add.
-double stated(double range_m) {
+double encoded_range_m(double range_m) {
   return std::llround(range_m / kCode_m) * kCode_m;
 }
 
 void put_first(Payload& p, const RawObservation& o, std::size_t channel, std::size_t further,
                const std::map<gnss::SatelliteId, int>& channels) {
   const auto code = static_cast<std::uint64_t>(std::llround(o.pseudorange_m / kCode_m));
-  const Carrier carrier = carrier_of(o, stated(o.pseudorange_m));
+  const Carrier carrier = carrier_of(o, encoded_range_m(o.pseudorange_m));
   p.u1(channel).u1(type_of(*o.signal)).u1(satellite_number(o.id).value_or(0)).u1(code >> 32 & 0xF);
   p.u4(code & 0xFFFFFFFF);
   if (o.doppler_hz)
@@ -341,7 +342,7 @@ void put_further(Payload& p, const RawObservation& first, const RawObservation& 
                  const std::map<gnss::SatelliteId, int>& channels) {
   constexpr std::int64_t kNoCode = -4 * kHigh, kNoDoppler = -16 * kHigh;
   constexpr double kLongest_s = 254;
-  const double from_m = stated(first.pseudorange_m);
+  const double from_m = encoded_range_m(first.pseudorange_m);
   std::int64_t code = std::llround((o.pseudorange_m - from_m) / kCode_m);
   if (code <= kNoCode || code > 4 * kHigh - 1) code = kNoCode;
   std::int64_t doppler = kNoDoppler;
@@ -503,7 +504,7 @@ std::string epoch_block(std::uint16_t number, const DeviceEpoch& epoch) {
   if (body.empty() && row->may_lack) return {};
   const bool measured = number == kMeasEpoch.number || number == kEndOfMeas.number;
   std::optional<geodesy::GpsTime> time;
-  if (epoch.time_known) time = measured ? epoch.seen.stated(epoch.raw.tag) : epoch.stated;
+  if (epoch.time_known) time = measured ? epoch.seen.reported(epoch.raw.tag) : epoch.reported_time;
   return block(row->id, time, body);
 }
 

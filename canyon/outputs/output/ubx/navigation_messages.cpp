@@ -94,7 +94,7 @@ std::uint64_t solution_flags(const UbxEpoch& epoch) {
 std::string pvt(const UbxEpoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
   const Quality q = quality_of(fix);
-  const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.stated_utc());
+  const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.reported_utc());
   Payload p;
   p.u4(itow(epoch)).u2(utc.year).u1(utc.month);
   p.u1(utc.day).u1(utc.hour);
@@ -144,8 +144,8 @@ std::string dops(const UbxEpoch& epoch) {
 
 // NAV-TIMEGPS, 3.15.24.
 std::string time_gps(const UbxEpoch& epoch) {
-  const geodesy::GpsTime t = epoch.seen.stated_time();
-  const geodesy::GpsTime nearest = epoch.stated;
+  const geodesy::GpsTime t = epoch.seen.reported_time();
+  const geodesy::GpsTime nearest = epoch.reported_time;
   Payload p;
   p.u4(itow(epoch)).u4(t.nanoseconds() - nearest.nanoseconds());
   p.u2(nearest.week()).u1(geodesy::leap_seconds(epoch.seen.time));
@@ -155,7 +155,7 @@ std::string time_gps(const UbxEpoch& epoch) {
 
 // NAV-TIMEUTC, 3.15.28.
 std::string time_utc(const UbxEpoch& epoch) {
-  const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.stated_utc());
+  const geodesy::CalendarTime utc = geodesy::utc_from_gps(epoch.seen.reported_utc());
   Payload p;
   p.u4(itow(epoch)).unsigned_field(quality_of(epoch.seen.fix).time_s, 1e-9, 4);
   p.u4(utc.nanosecond).u2(utc.year);
@@ -207,7 +207,7 @@ std::string velocity(const UbxEpoch& epoch) {
 std::string solution(const UbxEpoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
   const Quality q = quality_of(fix);
-  const geodesy::GpsTime nearest = epoch.stated;
+  const geodesy::GpsTime nearest = epoch.reported_time;
   Eigen::Vector3d ecef = Eigen::Vector3d::Zero(), speed = Eigen::Vector3d::Zero();
   if (fix.solved()) {
     ecef = fix.position_ecef;
@@ -215,7 +215,7 @@ std::string solution(const UbxEpoch& epoch) {
       speed = geodesy::enu_from_ecef_rotation(fix.position).transpose() * *fix.velocity_enu_mps;
   }
   Payload p;
-  p.u4(itow(epoch)).u4(epoch.seen.stated_time().nanoseconds() - nearest.nanoseconds());
+  p.u4(itow(epoch)).u4(epoch.seen.reported_time().nanoseconds() - nearest.nanoseconds());
   p.u2(nearest.week());
   p.u1(ubx_type_of(fix)).u1(solution_flags(epoch));
   for (int i = 0; i < 3; ++i) p.signed_field(ecef[i], 0.01, 4);
@@ -340,7 +340,7 @@ std::string correction_payload(const ReceivedRtcm& received) {
 }
 
 std::uint32_t itow(const UbxEpoch& epoch) {
-  return static_cast<std::uint32_t>(epoch.stated.nanosecond_of_week() / 1'000'000);
+  return static_cast<std::uint32_t>(epoch.reported_time.nanosecond_of_week() / 1'000'000);
 }
 
 std::string payload(MessageId id, const UbxEpoch& epoch) {

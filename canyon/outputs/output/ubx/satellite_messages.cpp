@@ -171,7 +171,7 @@ std::string rxm_rawx(const UbxEpoch& epoch) {
     list.u1(doubling(m.doppler_sigma_hz, 0.002, 0));
     list.u1(raw.carrier_phase_cycles ? 0b111 : 0b001).u1(0);
   }
-  const geodesy::GpsTime t = epoch.seen.stated(epoch.raw.tag);
+  const geodesy::GpsTime t = epoch.seen.reported(epoch.raw.tag);
   Payload p;
   p.r8(t.seconds_of_week()).u2(t.week());
   p.u1(geodesy::leap_seconds(epoch.seen.time)).u1(count).u1(1).u1(1).zeros(2);

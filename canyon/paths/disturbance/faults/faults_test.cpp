@@ -207,7 +207,7 @@ TEST(Scintillation, SatellitesAndSeedsDifferAndRepeat) {
 // A Gauss-Markov process has the reported deviation at any time, and a correlation of 1/e after 60 s.
 TEST(ForceFault, IsAsFarOffAsItStates) {
   ForceOptions options;
-  options.fix = StatedFix::Float;
+  options.fix = ForcedFixKind::Float;
   options.vertical_m = 2;
   constexpr int kCount = 4000;
   Eigen::Vector3d squares = Eigen::Vector3d::Zero(), products = Eigen::Vector3d::Zero();
@@ -216,7 +216,7 @@ TEST(ForceFault, IsAsFarOffAsItStates) {
     ReceiverEvents events, later;
     fault.happen(antenna(2000.0 * i), events);
     fault.happen(antenna(2000.0 * i + 60), later);
-    EXPECT_EQ(events.forced->kind, StatedFix::Float);
+    EXPECT_EQ(events.forced->kind, ForcedFixKind::Float);
     squares += events.forced->error_m.cwiseAbs2();
     products += events.forced->error_m.cwiseProduct(later.forced->error_m);
     EXPECT_EQ(events.forced->sigma_m, later.forced->sigma_m);

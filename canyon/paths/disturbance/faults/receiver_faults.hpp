@@ -63,7 +63,7 @@ void visit(options::Visitor& v, RestartOptions& o);
 /// A receiver that reports a forced fix, for tests of the software that uses the fix. Its position is the
 /// true one with an error of the reported size: Gaussian, of a correlation time of 60 s.
 struct ForceOptions {
-  StatedFix fix = StatedFix::None;
+  ForcedFixKind fix = ForcedFixKind::None;
   /// Standard deviations of east and north each, and of the height [m], (0, 1000]; empty: the kind's
   /// defaults.
   std::optional<double> horizontal_m, vertical_m;
@@ -76,14 +76,14 @@ struct FixFaultOptions {
   double late_s = 0;   ///< age of the reported fix, none before the first, with fresh timestamps, [0, 1e4]
   int repeat = 1;      ///< each fix is reported this many times, [1, 1e6]
   double drop = 0;     ///< fraction of epochs without a fix, at random, [0, 1]
-  double east_m = 0, north_m = 0, up_m = 0;  ///< added, +-1e6
-  double forward_m = 0;                      ///< added along the direction of travel, +-1e6
-  double growth_s = 0;                       ///< the offset grows to its full value over this time, [0, 1e6]
-  StatedFix state = StatedFix::None;         ///< the reported kind of fix; None: the computed one
-  std::optional<double> accuracy_m;          ///< reported standard deviation of each axis; 0: none
-  double accuracy_factor = 1;                ///< of the reported standard deviations, (0, 1000]
-  bool without_satellites = false;           ///< reports 0 satellites
-  std::optional<double> after_outage_s;      ///< only for this time after an outage of fixes, (0, 1e6]
+  double east_m = 0, north_m = 0, up_m = 0;   ///< added, +-1e6
+  double forward_m = 0;                       ///< added along the direction of travel, +-1e6
+  double growth_s = 0;                        ///< the offset grows to its full value over this time, [0, 1e6]
+  ForcedFixKind state = ForcedFixKind::None;  ///< the reported kind of fix; None: the computed one
+  std::optional<double> accuracy_m;           ///< reported standard deviation of each axis; 0: none
+  double accuracy_factor = 1;                 ///< of the reported standard deviations, (0, 1000]
+  bool without_satellites = false;            ///< reports 0 satellites
+  std::optional<double> after_outage_s;       ///< only for this time after an outage of fixes, (0, 1e6]
 };
 void visit(options::Visitor& v, FixFaultOptions& o);
 

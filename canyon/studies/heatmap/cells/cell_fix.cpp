@@ -10,12 +10,12 @@
 
 namespace canyon::heatmap {
 
-CellRange cell_range(std::size_t satellite, double error_m, const positioning::Measurement& stated,
+CellRange cell_range(std::size_t satellite, double error_m, const positioning::Measurement& reported,
                      double elevation_rad, const positioning::WeightOptions& weights) {
   const bool equal = weights.weighting == positioning::Weighting::Equal;
-  const double sigma_m = equal ? 1 : weights.sigma_m(stated, elevation_rad);
+  const double sigma_m = equal ? 1 : weights.sigma_m(reported, elevation_rad);
   return {static_cast<std::uint32_t>(satellite), error_m, 1 / (sigma_m * sigma_m),
-          stated.sigma_m * stated.sigma_m};
+          reported.sigma_m * reported.sigma_m};
 }
 
 CellFix::Answer CellFix::solve(std::span<const CellRange> ranges, bool covariance) {

@@ -90,7 +90,7 @@ struct CellRange {
 };
 /// @param stated sigma_m and, for weights by C/N0, cn0_dbhz
 [[nodiscard]] CellRange cell_range(std::size_t satellite, double error_m,
-                                   const positioning::Measurement& stated, double elevation_rad,
+                                   const positioning::Measurement& reported, double elevation_rad,
                                    const positioning::WeightOptions& weights);
 
 /// positioning::solve_fix() linearised at the true position (LinearFix), with its rules for clocks, too few

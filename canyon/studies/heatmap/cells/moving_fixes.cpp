@@ -33,7 +33,7 @@ struct MovingFixes::TrackFilter {
   double lost_s = 0;
   /// Horizontal: error variance of the estimate if the fixes' errors are correlated, and covariance of the
   /// two over the deviation of the latter (positioning::state_accuracy()).
-  double stated_m2 = 0, lasting_m = 0;
+  double reported_m2 = 0, lasting_m = 0;
 
   void go(const Fix& fix, double step_s, const positioning::PositionFilterOptions& filter) {
     lost_s += step_s;
@@ -43,15 +43,15 @@ struct MovingFixes::TrackFilter {
     };
     const float before_m2 = at.horizontal_m2;
     grow(at.horizontal_m2, filter.acceleration_horizontal);
-    stated_m2 += at.horizontal_m2 - before_m2;
+    reported_m2 += at.horizontal_m2 - before_m2;
     lasting_m *= filter.error_correlation_s > 0 ? std::exp(-step_s / filter.error_correlation_s) : 0;
     grow(at.vertical_m2, filter.acceleration_vertical);
     if (!(fix.horizontal_m2 > 0)) return;
     lost_s = 0;
     if (!(at.horizontal_m2 > 0)) {
       at = fix;
-      stated_m2 = fix.horizontal_m2;
-      lasting_m = -std::sqrt(stated_m2);
+      reported_m2 = fix.horizontal_m2;
+      lasting_m = -std::sqrt(reported_m2);
       return;
     }
     const auto epochs = static_cast<float>(step_s / kEpoch_s);
@@ -62,7 +62,8 @@ struct MovingFixes::TrackFilter {
     at.up_m += k_up * (fix.up_m - at.up_m);
     const double of_fix_m2 = filter.error_correlation_s > 0 ? fix.horizontal_m2 : fix.horizontal_m2 / epochs;
     const double of_fix_m = std::sqrt(of_fix_m2);
-    stated_m2 = (1 - k) * (1 - k) * stated_m2 + k * k * of_fix_m2 - 2 * k * (1 - k) * lasting_m * of_fix_m;
+    reported_m2 =
+        (1 - k) * (1 - k) * reported_m2 + k * k * of_fix_m2 - 2 * k * (1 - k) * lasting_m * of_fix_m;
     lasting_m = (1 - k) * lasting_m - k * of_fix_m;
     at.horizontal_m2 *= 1 - k;
     at.vertical_m2 *= 1 - k_up;
@@ -147,7 +148,7 @@ void MovingFixes::filter_lane(std::size_t lane, const std::vector<std::uint8_t>&
         Fix& sum = sums[cell];
         sum.east_m += weight * std::hypot(route.at.east_m, route.at.north_m);
         sum.up_m += weight * (lane == 0 ? route.at.up_m : std::abs(route.at.up_m));
-        sum.horizontal_m2 += weight * static_cast<float>(route.stated_m2);
+        sum.horizontal_m2 += weight * static_cast<float>(route.reported_m2);
         sum.vertical_m2 += weight;
       });
     }

@@ -229,11 +229,11 @@ class SharedTile {
         errors_.error_m({line, {}}, signal, gnss::carrier_hz(signal, line.state.carrier_frequency_hz)) +
         drift_m(0, signal);
     if (options.noise.enabled) error_m += options.noise.ou.mu_m;
-    positioning::Measurement stated;
-    stated.sigma_factor = errors_.sigma_factor(line.id, signal);
-    const double noise_m = options.stated_noise_m();
-    stated.sigma_m = (noise_m > 0 ? noise_m : 1) * stated.sigma_factor;
-    return cell_range(ranges_.size(), error_m, stated, line.elevation_rad, options.fix.weights);
+    positioning::Measurement reported;
+    reported.sigma_factor = errors_.sigma_factor(line.id, signal);
+    const double noise_m = options.reported_noise_m();
+    reported.sigma_m = (noise_m > 0 ? noise_m : 1) * reported.sigma_factor;
+    return cell_range(ranges_.size(), error_m, reported, line.elevation_rad, options.fix.weights);
   }
 
   /// Drift of the receiver's delay in one realization.

@@ -40,7 +40,7 @@ SteadyCell::SteadyCell(const SteadySky& sky, const propagation::Propagator& prop
       options_(options),
       limits_(limits),
       ecef_from_enu_(ecef_from_enu),
-      noise_sigma_m_(options.stated_noise_m()),
+      noise_sigma_m_(options.reported_noise_m()),
       moves_(moves),
       fix_(sky.fix_satellites(), options.fix),
       skylines_(sky.skylines()),
@@ -289,11 +289,11 @@ void SteadyCell::measure(std::size_t satellite) {
     }
     if (cn0_dbhz < lock.acquisition_threshold_dbhz) continue;
     const double jitter_m = s.noise ? s.noise->sigma_m(ratio_hz) : 0;
-    double stated_dbhz = cn0_dbhz + s.cn0_noise_db[i];
+    double reported_dbhz = cn0_dbhz + s.cn0_noise_db[i];
     const double step_db = options_.signal.cn0_step_db;
-    if (step_db > 0) stated_dbhz = step_db * std::round(stated_dbhz / step_db);
-    if (stated_dbhz < options_.fix.cn0_mask_dbhz) continue;
-    m.cn0_dbhz = stated_dbhz;
+    if (step_db > 0) reported_dbhz = step_db * std::round(reported_dbhz / step_db);
+    if (reported_dbhz < options_.fix.cn0_mask_dbhz) continue;
+    m.cn0_dbhz = reported_dbhz;
     m.sigma_m = std::hypot(noise_sigma_m_, jitter_m);
     if (m.sigma_m == 0) m.sigma_m = 1;
     m.sigma_m *= s.sigma_factor;

@@ -95,7 +95,7 @@ MapSummary summarize(const MapSource& source) {
   double fixes = 0;
   for (std::size_t tile = 0; tile < request.grid.tile_count(); ++tile) {
     const std::size_t cells = request.grid.tile(tile).cells() * altitudes;
-    bool stated = false;
+    bool reported = false;
     for (std::size_t time = 0; time < request.times.size(); ++time) {
       const std::optional<MapSource::Slice> slice = source.slice(tile, time);
       if (!slice) {
@@ -103,9 +103,9 @@ MapSummary summarize(const MapSource& source) {
         continue;
       }
       assert(slice->state.size() == cells && slice->values.size() == cells * counts.size());
-      if (!stated)
+      if (!reported)
         for (const CellState state : slice->state) ++summary.states[static_cast<std::size_t>(state)];
-      stated = true;
+      reported = true;
       for (std::size_t i = 0; i < cells; ++i) {
         if (slice->state[i] != CellState::Computed) continue;
         ++summary.values;
