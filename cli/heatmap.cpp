@@ -83,7 +83,7 @@ class MapRun {
     }
     // The first rank writes; the others wait for it, so that all end with one status.
     int status = result_.interrupted ? kInterrupted : kOk;
-    if (ranks_.rank() == 0) status = result_.interrupted ? tell_interrupted() : finish();
+    if (ranks_.rank() == 0) status = result_.interrupted ? report_interrupt() : finish();
     return static_cast<int>(ranks_.sum(ranks_.rank() == 0 ? static_cast<std::size_t>(status) : 0));
   }
 
@@ -94,7 +94,7 @@ class MapRun {
     try {
       for (const heatmap::OverRuns over : runs_->statistics()) write(over);
     } catch (const Interrupted&) {
-      return tell_interrupted();
+      return report_interrupt();
     }
     if (files_->has_others())
       print_warnings({fmt::format("{} also has files of an earlier map", arguments_.out)});
@@ -131,12 +131,12 @@ class MapRun {
     simulation::ScenarioReadOptions options;
     options.trajectory_needed = false;
     scenario_ = simulation::read_scenario(arguments_.scenario, options);
-    report_.say(ReadReport::Level::Guess, scenario_.warnings);
+    report_.add_line(ReadReport::Level::Guess, scenario_.warnings);
     request_.altitudes_m = arguments_.altitudes.empty()
                                ? std::vector{heatmap::usual_altitude_m(scenario_, request_.altitude_kind)}
                                : parse_altitudes(arguments_.altitudes);
     if (!scenario_.faults.empty())
-      report_.say(ReadReport::Level::Guess, "maps have no faults: those of the scenario are ignored");
+      report_.add_line(ReadReport::Level::Guess, "maps have no faults: those of the scenario are ignored");
     if (arguments_.seed) scenario_.seed = *arguments_.seed;
     request_.draws = {arguments_.noise.draws, scenario_.seed};
     request_.receivers = arguments_.receivers;
@@ -240,7 +240,7 @@ class MapRun {
     return heatmap.run(store, options);
   }
 
-  [[nodiscard]] int tell_interrupted() const {
+  [[nodiscard]] int report_interrupt() const {
     std::size_t finished = 0;
     for (const auto& store : stores_)
       for (std::size_t i = 0; i < heatmap_->unit_count(); ++i) finished += store->has(i) ? 1 : 0;

@@ -68,7 +68,7 @@ int run_live(const LiveArguments& arguments) {
   const city::CitySummary summary = city::summarize(scene->city);
   note(fmt::format("city        {}: {} buildings", scene->city.name, summary.buildings));
   ReadReport report = scene->city.notes;
-  report.say(ReadReport::Level::Guess, scenario.warnings);
+  report.add_line(ReadReport::Level::Guess, scenario.warnings);
   print_report(report, "canyon check " + arguments.scenario);
   live::Session session(scenario, std::move(scene));
   note(fmt::format("live        {} {}, an epoch every {} s from {}", scenario.receivers.size(),

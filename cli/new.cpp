@@ -217,12 +217,12 @@ class ScenarioWriter {
         {false});
     const auto scene = std::make_shared<simulation::CityScene>(simulation::load_city(draft));
     const city::CitySummary summary = city::summarize(scene->city);
-    say("city", fmt::format("{}, {} buildings", scene->city.name, summary.buildings));
+    log("city", fmt::format("{}, {} buildings", scene->city.name, summary.buildings));
     if (track)
       write_track(draft, *scene, summary.terrain_triangles > 0);
     else
       write_drive(*scene, summary.terrain_triangles > 0);
-    say("receiver", "ublox-m10, a common module");
+    log("receiver", "ublox-m10, a common module");
     out_.yaml =
         "# Written by canyon new. To run it: " + run_command(name_) + "\n" + out_.yaml + receivers +
         "# Next, without the #; all keys: `canyon scenario keys`, kinds of faults: `canyon faults list`.\n"
@@ -247,7 +247,7 @@ class ScenarioWriter {
     }
     return paths.size() == 1 ? names : "[" + names + "]";
   }
-  void say(std::string_view part, const std::string& fact) {
+  void log(std::string_view part, const std::string& fact) {
     out_.facts.push_back(fmt::format("{:<12}{}", part, fact));
   }
 
@@ -273,7 +273,7 @@ class ScenarioWriter {
       for (const auto& e : data.kepler)
         if (e.id.system == gnss::System::GPS) gps.insert(e.id.number);
       if (!gps.empty() && gps.size() < 24)
-        say("sky", fmt::format("{} of about 31 GPS satellites, as received by one station; a day's merged "
+        log("sky", fmt::format("{} of about 31 GPS satellites, as received by one station; a day's merged "
                                "file (BRDC) has all",
                                gps.size()));
       out_.yaml += "sky:\n  navigation: " + list(files_.navigation);
@@ -285,7 +285,7 @@ class ScenarioWriter {
       constexpr std::int64_t kDay_s = 86400;
       start_ = geodesy::gps_from_unix((std::time(nullptr) / kDay_s * kDay_s + kDay_s / 2) * 1'000'000'000);
       out_.yaml += "sky:\n  nominal: true";
-      say("sky", "nominal satellites, since no navigation file is given");
+      log("sky", "nominal satellites, since no navigation file is given");
     }
     start_ = GpsTime::from_week(start_.week(), std::floor(start_.seconds_of_week() / 60) * 60);
     out_.yaml += "  # also systems: [GPS, Galileo]\n";
@@ -323,14 +323,14 @@ class ScenarioWriter {
       if (path.timed && (start_ < points.front().time || start_ > points.back().time))
         start_ = points.front().time;  // times of day
       out_.yaml += fmt::format("start: {}\n", text(start_));
-      say("start", text(start_) + ", since the path has no dates");
+      log("start", text(start_) + ", since the path has no dates");
     } else if (count < points.size()) {
       const GpsTime begin = points[first].time, end = points[first + count - 1].time;
       out_.yaml += fmt::format("start: {}\nduration_s: {:.3f}\n", text(begin), end - begin);
-      say("start", fmt::format("{} for {:.0f} s, where the path is on the map", text(begin), end - begin));
+      log("start", fmt::format("{} for {:.0f} s, where the path is on the map", text(begin), end - begin));
     }
     out_.yaml += "rate_hz: 1\n" + path_text(on_terrain) + (path.timed ? "" : "  speed_mps: 8\n");
-    say("trajectory", fmt::format("{} of {} positions of {}{}{}", count, points.size(), file.string(),
+    log("trajectory", fmt::format("{} of {} positions of {}{}{}", count, points.size(), file.string(),
                                   on_terrain ? ", 1.5 m above the ground" : ", at the file's heights",
                                   path.timed ? "" : ", at 8 m/s, since it has no times"));
   }
@@ -362,8 +362,8 @@ class ScenarioWriter {
     }
     out_.yaml += "  speed_mps: 8  # also acceleration_mps2: 2, which rounds corners\n";
     if (on_terrain) out_.yaml += "  height_above_terrain_m: 1.5\n";
-    say("start", text(start_));
-    say("trajectory", fmt::format("{:.0f} m {} near the city's middle, at 8 m/s, 1.5 m above the ground",
+    log("start", text(start_));
+    log("trajectory", fmt::format("{:.0f} m {} near the city's middle, at 8 m/s, 1.5 m above the ground",
                                   DriveFinder::length_m(route),
                                   streets ? "along streets" : "straight on, outside buildings"));
   }

@@ -239,9 +239,9 @@ void RecordedDrive::read() {
   environment_ = std::move(scene.environment);
   recording_ = std::move(scene.recording);
   ReadReport report = environment_->city().notes;
-  report.say(ReadReport::Level::Guess, scenario_.warnings);
+  report.add_line(ReadReport::Level::Guess, scenario_.warnings);
   report.append(sky_.report);
-  report.say(ReadReport::Level::Guess, recording_.warnings);
+  report.add_line(ReadReport::Level::Guess, recording_.warnings);
   print_report(report, "the report of --json", prefix_);
   const validation::PseudorangeResiduals& residuals = recording_.residuals;
   note(fmt::format("recording   {} epochs, {} pseudoranges", residuals.epochs.size(),

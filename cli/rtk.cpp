@@ -83,7 +83,7 @@ Recording read(const std::string& path, const RtkArguments& arguments, const gns
       rtcm::read_rtcm_corrections(path, around, channel, needs_position, ranges);
   ReadReport report;
   for (const std::string& line : corrections.status.warnings())
-    report.say(ReadReport::Level::Loss, fmt::format("{}: {}", path, line));
+    report.add_line(ReadReport::Level::Loss, fmt::format("{}: {}", path, line));
   print_report(report, "canyon check " + path);
   for (const auto& epoch : corrections.epochs) {
     relative::Corrections wanted = *epoch;

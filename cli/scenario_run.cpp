@@ -60,7 +60,7 @@ simulation::RunResult run(const simulation::Simulation& simulation,
     result = simulation.run(sinks, options);
   }
   ReadReport report;
-  report.say(ReadReport::Level::Guess, result.warnings);
+  report.add_line(ReadReport::Level::Guess, result.warnings);
   print_report(report, report_file.empty() ? "canyon simulate " + arguments.scenario : report_file);
   return result;
 }

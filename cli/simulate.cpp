@@ -112,19 +112,19 @@ int run_simulate(const SimulateArguments& given) {
   const std::atomic<bool>& stop_requested = catch_interrupts();
   const auto sinks = make_sinks(simulation, arguments);
   std::vector<std::unique_ptr<output::EncodedStream>> streams;
-  const auto tell_notes = [&](std::size_t i) {
+  const auto report_notes = [&](std::size_t i) {
     for (const std::string& line : streams[i]->take_notes())
       note(fmt::format("stream      {}: {}", arguments.streams[i], line));
   };
   for (const std::string& text : arguments.streams) {
     streams.push_back(output::open_stream(output::parse_stream(text), simulation));
-    tell_notes(streams.size() - 1);
+    report_notes(streams.size() - 1);
   }
   output::SummarySink figures(simulation::receiver_names(scenario.receivers));
   output::RealTimePacer pacer(&stop_requested, [&] {
     for (std::size_t i = 0; i < streams.size(); ++i) {
       streams[i]->serve();
-      tell_notes(i);
+      report_notes(i);
     }
   });
   std::vector<simulation::EpochSink*> all;
@@ -140,9 +140,9 @@ int run_simulate(const SimulateArguments& given) {
     throw OutputError(fmt::format("{}; the other files in {} contain at most {} epochs", e.what(),
                                   arguments.out, figures.summaries().front().epochs));
   }
-  for (std::size_t i = 0; i < streams.size(); ++i) tell_notes(i);
+  for (std::size_t i = 0; i < streams.size(); ++i) report_notes(i);
   ReadReport report = simulation.report();
-  report.say(ReadReport::Level::Guess, result.warnings);
+  report.add_line(ReadReport::Level::Guess, result.warnings);
   report.write(arguments.out);
   if (const std::size_t removed = files.finish(); removed > 0)
     note(fmt::format("removed     {} files of an earlier run from {}", removed, arguments.out));

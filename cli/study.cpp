@@ -54,7 +54,7 @@ std::string list_of(const std::vector<std::size_t>& numbers) {
   return text;
 }
 
-void tell_plan(const study::StudyPlan& plan) {
+void report_plan(const study::StudyPlan& plan) {
   std::vector<TextRow> rows;
   for (const study::Axis& axis : plan.study().axes) {
     const std::size_t n = axis.size();
@@ -135,7 +135,7 @@ int compute(const StudyArguments& arguments, heatmap::MpiProcesses& ranks) {
     return kOk;
   }
   if (arguments.dry_run) {
-    if (ranks.rank() == 0) tell_plan(plan);
+    if (ranks.rank() == 0) report_plan(plan);
     return kOk;
   }
   if (arguments.out.empty()) throw InputError("--out is missing", "give the folder for the results");

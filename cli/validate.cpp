@@ -32,7 +32,7 @@ struct EnsembleArguments : DriveArguments {
 };
 
 using Known = std::vector<unknowns::Unknown>;
-using Told = std::function<void(std::size_t, std::size_t)>;
+using ProgressCallback = std::function<void(std::size_t, std::size_t)>;
 
 bool is_known(const Known& known, unknowns::Unknown unknown) {
   return std::find(known.begin(), known.end(), unknown) != known.end();
@@ -57,14 +57,14 @@ class EnsembleDrive : public RecordedDrive {
   }
 
   /// @param told called with the number of epochs
-  void draw(const unknowns::Draws& draws, std::size_t k, const Told& told) {
+  void draw(const unknowns::Draws& draws, std::size_t k, const ProgressCallback& report_progress) {
     simulation::Scenario scenario = scenario_;
     scenario.seed += k + 1;
     validation::EnsembleRow::Draw draw;
     draw.values = draws.apply(k, scenario);
     const validation::Registration position = registration(scenario.city.georeference, scenario.seed);
     const auto environment = drawn_environment(scenario);
-    compare_.progress = told;
+    compare_.progress = report_progress;
     const validation::Comparison run =
         simulate(scenario.receivers.front(), *environment, position, scenario.seed);
     draw.headlines = headlines({&run, 1});
@@ -112,13 +112,13 @@ void draw_all(const EnsembleArguments& arguments, const unknowns::Draws& draws, 
   Progress progress("sampling unknowns", arguments.quiet, "runs");
   const std::size_t total = draws.size() * drives.size();
   progress.update(0, total);
-  const Told told = [&stop](std::size_t, std::size_t) {
+  const ProgressCallback report_progress = [&stop](std::size_t, std::size_t) {
     if (stop.load()) throw Interrupted{};
   };
   std::size_t done = 0;
   for (std::size_t k = 0; k < draws.size(); ++k) {
     for (const auto& drive : drives) {
-      drive->draw(draws, k, told);
+      drive->draw(draws, k, report_progress);
       progress.update(++done, total);
     }
   }
@@ -236,9 +236,10 @@ class Judge : public RecordedDrive {
       compare_.name = model.name;
       const int moved = model.moved_city ? runs_ : 0;
       int done_runs = 0;
-      const auto told = progress_of(progress);
+      const auto report_progress = progress_of(progress);
       compare_.progress = [&](std::size_t done, std::size_t total) {
-        told(static_cast<std::size_t>(done_runs) * total + done, static_cast<std::size_t>(moved + 1) * total);
+        report_progress(static_cast<std::size_t>(done_runs) * total + done,
+                        static_cast<std::size_t>(moved + 1) * total);
       };
       validation::Comparison comparison = simulate(model.receiver);
       std::vector<validation::Comparison> runs;

@@ -193,7 +193,7 @@ geodesy::GpsTime start_of_world(const void* world, const std::string& name, std:
 
 live::HostSetup setup_of(const HostSettings& settings, const ReceiverIdentity& identity,
                          const live::WorldFrame& frame, geodesy::GpsTime start_of_world,
-                         double sensor_rate_hz, live::Say say) {
+                         double sensor_rate_hz, live::LogFunction log) {
   live::HostSetup setup;
   setup.options = settings;
   // Receivers with the same seed have independent noise by their names.
@@ -207,7 +207,7 @@ live::HostSetup setup_of(const HostSettings& settings, const ReceiverIdentity& i
   if (sensor_rate_hz > 0) setup.rate_hz = sensor_rate_hz;
   setup.scan = settings.publish_scan;
   setup.warnings = settings.warnings;
-  setup.say = std::move(say);
+  setup.log = std::move(log);
   setup.model = identity.model;
   if (settings.nmea_port != 0)
     setup.streams.emplace_back("nmea_port", fmt::format("nmea=tcp://127.0.0.1:{}", settings.nmea_port));

@@ -66,7 +66,7 @@ void visit(options::Visitor& v, HostSettings& settings);
 /// A simulator's receiver, named by receiver_label(). @param sensor_rate_hz of its sensor; 0: none
 [[nodiscard]] live::HostSetup setup_of(const HostSettings& settings, const ReceiverIdentity& identity,
                                        const live::WorldFrame& frame, geodesy::GpsTime start_of_world,
-                                       double sensor_rate_hz, live::Say say);
+                                       double sensor_rate_hz, live::LogFunction log);
 
 /// Handles ROS services of a simulator's receiver, registered in `desk` by this name, if settings allow
 /// changes.

@@ -55,7 +55,7 @@ HostSettings read_settings(const Attachment& at, const ReceiverIdentity& identit
   return read_plugin_settings(at.sdf, context);
 }
 
-void say(live::Tone tone, const std::string& line) {
+void log(live::Tone tone, const std::string& line) {
   if (tone == live::Tone::Error)
     gzerr << "[canyon] " << line << "\n";
   else
@@ -93,7 +93,7 @@ struct GnssSensor::Impl {
     live::HostSetup setup =
         setup_of(settings, identity, frame,
                  start_of_world(at.world.get(), at.world->Name(), nanoseconds(at.world->SimTime())),
-                 at.sensor ? at.sensor->UpdateRate() : 0, say);
+                 at.sensor ? at.sensor->UpdateRate() : 0, log);
     setup.sky_warnings = world->sky_warnings;
     receiver.emplace(std::move(setup));
 

@@ -89,8 +89,8 @@ class TopicPoseSource final : public PoseSource {
   }
 
   void on_pose(const simulation::RigidPose& pose, double stamp_s) {
-    const std::string said = poses_->take(pose, stamp_s);
-    if (!said.empty()) gzerr << "[canyon] " << said << "\n";
+    const std::string logged = poses_->take(pose, stamp_s);
+    if (!logged.empty()) gzerr << "[canyon] " << logged << "\n";
   }
 
   const std::shared_ptr<simulation::PoseInbox> poses_;

@@ -46,7 +46,7 @@ MasterAddress master_of_environment() {
       "set it as http://HOST:PORT, or disable ROS with <publishers><ros>false</ros></publishers>");
 }
 
-void say(const std::string& message) {
+void log(const std::string& message) {
   gzmsg << "[canyon] " << message << std::endl;
 }
 
@@ -68,7 +68,7 @@ struct RosLink::State {
   // The thread's own state.
   std::optional<ros::NodeHandle> node;
   std::vector<std::shared_ptr<RosClient>> connected;
-  bool said_missing = false;
+  bool warned_missing = false;
   bool lost = false;
   bool shut_down = false;
 
@@ -94,7 +94,7 @@ struct RosLink::State {
     drop_leaving();
     if (shut_down) return;
     if (node && !ros::ok()) {  // rosnode kill, or gazebo_ros ended
-      say("ROS was shut down; publishing on ROS has ended");
+      log("ROS was shut down; publishing on ROS has ended");
       shut_down = true;
       return;
     }
@@ -106,11 +106,11 @@ struct RosLink::State {
     }
     if (answer != MasterAnswer::None) {
       found(answer);
-    } else if (!node && !said_missing) {
-      say("no ROS master at " + master.uri() + "; topics are published when there is one");
-      said_missing = true;
+    } else if (!node && !warned_missing) {
+      log("no ROS master at " + master.uri() + "; topics are published when there is one");
+      warned_missing = true;
     } else if (node && !lost) {
-      say("the ROS master at " + master.uri() + "is lost; topics return with it");
+      log("the ROS master at " + master.uri() + "is lost; topics return with it");
       lost = true;
     }
   }
@@ -118,9 +118,9 @@ struct RosLink::State {
   void found(MasterAnswer answer) {
     if (!node) {
       node.emplace();
-      say("publishing on ROS, master " + master.uri() + ", as node " + ros::this_node::getName());
+      log("publishing on ROS, master " + master.uri() + ", as node " + ros::this_node::getName());
     } else if (answer == MasterAnswer::Unknown && !connected.empty()) {
-      tell_new_master();
+      notify_new_master();
     }
     lost = false;
     connect_joining();
@@ -164,7 +164,7 @@ struct RosLink::State {
     }
   }
 
-  void tell_new_master() {
+  void notify_new_master() {
     for (const std::shared_ptr<RosClient>& client : connected) {
       const auto topics = client->advertised();
       for (const auto& [topic, type] : topics) {
@@ -179,7 +179,7 @@ struct RosLink::State {
       client->disconnect();
       client->connect(*node);
     }
-    say("the ROS master restarted; topics are registered again");
+    log("the ROS master restarted; topics are registered again");
   }
 
   void leave() {

@@ -142,7 +142,7 @@ class RosPublisher final : public live::EpochPublisher {
     try {
       topics_->publish(report);
     } catch (const std::exception& e) {
-      if (!std::exchange(said_, true)) gzerr << "[canyon] cannot publish on ROS: " << e.what() << std::endl;
+      if (!std::exchange(logged_, true)) gzerr << "[canyon] cannot publish on ROS: " << e.what() << std::endl;
     }
   }
 
@@ -151,7 +151,7 @@ class RosPublisher final : public live::EpochPublisher {
   std::vector<std::string> names_;
   std::shared_ptr<ReceiverTopics> topics_;
   std::shared_ptr<RosClient> services_;
-  bool said_ = false;
+  bool logged_ = false;
 };
 
 }  // namespace

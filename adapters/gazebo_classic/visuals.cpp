@@ -90,10 +90,10 @@ class SceneVisuals final : public live::EpochPublisher {
     try {
       action();
     } catch (const std::exception& e) {
-      if (!std::exchange(said_, true))
+      if (!std::exchange(logged_, true))
         gzwarn << "[canyon] rays and bubble are not drawn: " << e.what() << "\n";
     } catch (const gazebo::common::Exception& e) {  // no std::exception
-      if (!std::exchange(said_, true))
+      if (!std::exchange(logged_, true))
         gzwarn << "[canyon] rays and bubble are not drawn: " << e.GetErrorStr() << "\n";
     }
   }
@@ -142,7 +142,7 @@ class SceneVisuals final : public live::EpochPublisher {
   RateLimit updates_{kUpdateInterval_s};
   RateLimit repeats_{kRepeatInterval_s};
   unsigned clients_ = 0;
-  bool said_ = false;
+  bool logged_ = false;
   gazebo::transport::PublisherPtr visuals_, requests_;
 };
 

@@ -97,8 +97,8 @@ std::shared_ptr<simulation::PoseInbox> take_poses(gz::transport::Node& node, con
         const auto& q = message.orientation();
         const auto& stamp = message.header().stamp();
         const double stamp_s = static_cast<double>(stamp.sec()) + static_cast<double>(stamp.nsec()) * 1e-9;
-        const std::string said = kept->take({{p.x(), p.y(), p.z()}, {q.w(), q.x(), q.y(), q.z()}}, stamp_s);
-        if (!said.empty()) gzerr << "[canyon] " << said << "\n";
+        const std::string logged = kept->take({{p.x(), p.y(), p.z()}, {q.w(), q.x(), q.y(), q.z()}}, stamp_s);
+        if (!logged.empty()) gzerr << "[canyon] " << logged << "\n";
       };
   if (!node.Subscribe(settings.pose_topic, take))
     gzerr << "[canyon] <pose_topic>: Gazebo cannot subscribe to '" << settings.pose_topic << "'\n";

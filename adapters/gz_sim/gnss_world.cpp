@@ -44,7 +44,7 @@ std::int64_t nanoseconds(const std::chrono::steady_clock::duration& time) {
 }
 
 // Prints warnings as errors too: Gazebo Sim shows lower levels only on request.
-void say(live::Tone tone, const std::string& line) {
+void log(live::Tone tone, const std::string& line) {
   gzerr << "[canyon] " << (tone == live::Tone::Error ? "" : "warning: ") << line << "\n";
 }
 
@@ -113,7 +113,7 @@ struct GnssWorld::Impl {
       try {
         start(sensor.entity, sensor.sensor, sensor.element, ecm);
       } catch (const std::exception& e) {
-        say(live::Tone::Error,
+        log(live::Tone::Error,
             fmt::format("{}\n[canyon] the receiver is switched off; the simulation continues", e.what()));
       }
     }
@@ -165,7 +165,7 @@ struct GnssWorld::Impl {
     receiver.topic = topic;
     ecm.CreateComponent(entity, components::SensorTopic(topic));
     live::HostSetup setup = setup_of(settings, identity, frame, start_of_world(&ecm, identity.world, 0),
-                                     sensor.UpdateRate(), say);
+                                     sensor.UpdateRate(), log);
     setup.sky_warnings = sky_warnings;
     receiver.hosted = std::make_unique<live::HostedReceiver>(std::move(setup));
     if (settings.publish_navsat)
@@ -244,9 +244,9 @@ struct GnssWorld::Impl {
       try {
         receiver.hosted->set_frame(world_frame(origin, receiver.settings, warnings));
       } catch (const std::exception& e) {
-        receiver.hosted->say(live::Tone::Error, e.what());
+        receiver.hosted->log(live::Tone::Error, e.what());
       }
-      for (const std::string& line : warnings) receiver.hosted->say(live::Tone::Warning, line);
+      for (const std::string& line : warnings) receiver.hosted->log(live::Tone::Warning, line);
     }
   }
 
@@ -322,7 +322,7 @@ void GnssWorld::serve(Entity root, const sdf::ElementPtr& defaults, Ecm& ecm) {
     entry.all = read_plugin_settings(defaults, context).serve_all;
   } catch (const std::exception& e) {
     entry.bad = true;
-    say(live::Tone::Error,
+    log(live::Tone::Error,
         fmt::format("{}\n[canyon] its receivers are switched off; the simulation continues", e.what()));
   }
   impl_->look_for_sensors(ecm, true);

@@ -376,7 +376,7 @@ TEST(GnssWorld, AnswersADriverBetweenEpochs) {
   server.step(20);
   canyon::test::LocalConnection driver(port);
   server.step(50);
-  driver.say(std::string("\xB5\x62\x0A\x04\x00\x00\x0E\x34", 8));  // a poll of MON-VER
+  driver.send_text(std::string("\xB5\x62\x0A\x04\x00\x00\x0E\x34", 8));  // a poll of MON-VER
   std::string answer;
   for (int i = 0; i < 1000 && answer.find("(Canyon)") == std::string::npos; ++i) {
     server.step_paused();

@@ -60,9 +60,9 @@ struct OptionsService::Impl {
   void offer_rate(const std::string& receiver, const std::string& sensor_topic) {
     std::function<void(const gz::msgs::Double&)> call = [desk = desk,
                                                          receiver](const gz::msgs::Double& rate) {
-      const std::string said =
+      const std::string logged =
           desk->ask({live::OptionsRequest::Kind::Set, receiver, fmt::format("rate_hz: {}", rate.data())});
-      if (said.starts_with("refused")) gzerr << "[canyon] " << receiver << ": set_rate: " << said << "\n";
+      if (logged.starts_with("refused")) gzerr << "[canyon] " << receiver << ": set_rate: " << logged << "\n";
     };
     // If two sensors have one topic, the first has the service.
     if (node.Advertise(sensor_topic + "/set_rate", call)) rates[receiver] = sensor_topic + "/set_rate";

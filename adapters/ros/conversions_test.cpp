@@ -432,16 +432,18 @@ TYPED_TEST(Conversions, SayWhatKindOfFixItIs) {
 TYPED_TEST(Conversions, SatellitesSayWhatTheyLackOfEpochs) {
   using M = typename TypeParam::GnssSatellites;
   const test::Carried<M> carried{
-      {"gps_week", [](const M& m) -> test::Said { return 1.0 * m.gps_week; }},
-      {"gps_tow", [](const M& m) -> test::Said { return m.gps_tow; }},
+      {"gps_week", [](const M& m) -> test::ReportedValue { return 1.0 * m.gps_week; }},
+      {"gps_tow", [](const M& m) -> test::ReportedValue { return m.gps_tow; }},
       {"status",
-       [](const M& m) -> test::Said { return std::string(m.fix_status == M::FIX ? "fix" : "no fix"); }},
-      {"clock_bias_s", [](const M& m) -> test::Said { return m.clock_bias; }},
-      {"clock_drift", [](const M& m) -> test::Said { return m.clock_drift; }},
-      {"fix_kind", [](const M& m) -> test::Said { return 1.0 * m.fix_kind; }},
-      {"correction_age_s", [](const M& m) -> test::Said { return 1.0 * m.correction_age; }},
+       [](const M& m) -> test::ReportedValue {
+         return std::string(m.fix_status == M::FIX ? "fix" : "no fix");
+       }},
+      {"clock_bias_s", [](const M& m) -> test::ReportedValue { return m.clock_bias; }},
+      {"clock_drift", [](const M& m) -> test::ReportedValue { return m.clock_drift; }},
+      {"fix_kind", [](const M& m) -> test::ReportedValue { return 1.0 * m.fix_kind; }},
+      {"correction_age_s", [](const M& m) -> test::ReportedValue { return 1.0 * m.correction_age; }},
       {"faults",
-       [](const M& m) -> test::Said {
+       [](const M& m) -> test::ReportedValue {
          std::vector<std::string> names;
          for (const auto& fault : m.faults) names.emplace_back(fault.data(), fault.size());
          return output::fault_names(names);
@@ -516,25 +518,25 @@ TYPED_TEST(Conversions, SatellitesSayWhatTheyLackOfSatellites) {
   using M = typename TypeParam::GnssSatellites;
   using S = typename TypeParam::GnssSatellite;
   const test::Carried<S> carried{
-      {"sat", [](const S& s) -> test::Said { return std::string(s.id.data(), s.id.size()); }},
-      {"azimuth_deg", [](const S& s) -> test::Said { return geodesy::degrees(s.azimuth); }},
-      {"elevation_deg", [](const S& s) -> test::Said { return geodesy::degrees(s.elevation); }},
-      {"visibility", [](const S& s) -> test::Said { return 1.0 * s.visibility; }},
-      {"excess_path_m", [](const S& s) -> test::Said { return 1.0 * s.excess_path; }},
-      {"pseudorange_m", [](const S& s) -> test::Said { return s.pseudorange; }},
-      {"pseudorange_error_m", [](const S& s) -> test::Said { return 1.0 * s.pseudorange_error; }},
-      {"noise_m", [](const S& s) -> test::Said { return 1.0 * s.noise; }},
-      {"used", [](const S& s) -> test::Said { return s.used ? 1.0 : 0.0; }},
-      {"above_mask", [](const S& s) -> test::Said { return s.above_mask ? 1.0 : 0.0; }},
-      {"doppler_hz", [](const S& s) -> test::Said { return s.doppler; }},
-      {"carrier_frequency_hz", [](const S& s) -> test::Said { return s.carrier_frequency; }},
-      {"residual_m", [](const S& s) -> test::Said { return 1.0 * s.residual; }},
-      {"cn0_dbhz", [](const S& s) -> test::Said { return 1.0 * s.cn0; }},
-      {"true_cn0_dbhz", [](const S& s) -> test::Said { return 1.0 * s.true_cn0; }},
-      {"lock", [](const S& s) -> test::Said { return 1.0 * s.lock; }},
-      {"carrier_phase_cycles", [](const S& s) -> test::Said { return s.carrier_phase; }},
-      {"phase_lock_s", [](const S& s) -> test::Said { return s.phase_lock; }},
-      {"excluded", [](const S& s) -> test::Said { return s.excluded ? 1.0 : 0.0; }},
+      {"sat", [](const S& s) -> test::ReportedValue { return std::string(s.id.data(), s.id.size()); }},
+      {"azimuth_deg", [](const S& s) -> test::ReportedValue { return geodesy::degrees(s.azimuth); }},
+      {"elevation_deg", [](const S& s) -> test::ReportedValue { return geodesy::degrees(s.elevation); }},
+      {"visibility", [](const S& s) -> test::ReportedValue { return 1.0 * s.visibility; }},
+      {"excess_path_m", [](const S& s) -> test::ReportedValue { return 1.0 * s.excess_path; }},
+      {"pseudorange_m", [](const S& s) -> test::ReportedValue { return s.pseudorange; }},
+      {"pseudorange_error_m", [](const S& s) -> test::ReportedValue { return 1.0 * s.pseudorange_error; }},
+      {"noise_m", [](const S& s) -> test::ReportedValue { return 1.0 * s.noise; }},
+      {"used", [](const S& s) -> test::ReportedValue { return s.used ? 1.0 : 0.0; }},
+      {"above_mask", [](const S& s) -> test::ReportedValue { return s.above_mask ? 1.0 : 0.0; }},
+      {"doppler_hz", [](const S& s) -> test::ReportedValue { return s.doppler; }},
+      {"carrier_frequency_hz", [](const S& s) -> test::ReportedValue { return s.carrier_frequency; }},
+      {"residual_m", [](const S& s) -> test::ReportedValue { return 1.0 * s.residual; }},
+      {"cn0_dbhz", [](const S& s) -> test::ReportedValue { return 1.0 * s.cn0; }},
+      {"true_cn0_dbhz", [](const S& s) -> test::ReportedValue { return 1.0 * s.true_cn0; }},
+      {"lock", [](const S& s) -> test::ReportedValue { return 1.0 * s.lock; }},
+      {"carrier_phase_cycles", [](const S& s) -> test::ReportedValue { return s.carrier_phase; }},
+      {"phase_lock_s", [](const S& s) -> test::ReportedValue { return s.phase_lock; }},
+      {"excluded", [](const S& s) -> test::ReportedValue { return s.excluded ? 1.0 : 0.0; }},
   };
   const std::set<std::string> lacks{"gps_week", "gps_tow",        "sigma_m",      "cycle_slip",
                                     "signal",   "map_visibility", "obstacles_db", "tracked_path"};

@@ -99,7 +99,7 @@ template <class DiagnosticArray>
   Status& status = message.status.back();
   detail::assign(status.name, health.name + ": receiver");
   detail::assign(status.hardware_id, "canyon " + health.receiver);
-  const auto say = [&](int level, const std::string& text) {
+  const auto log = [&](int level, const std::string& text) {
     status.level = static_cast<std::remove_reference_t<decltype(status.level)>>(level);
     detail::assign(status.message, text);
   };
@@ -114,17 +114,17 @@ template <class DiagnosticArray>
     return text;
   };
   if (health.finished) {
-    say(Status::OK, "the drive has ended");
+    log(Status::OK, "the drive has ended");
   } else if (epoch == nullptr) {
-    say(Status::ERROR, health.reason);
+    log(Status::ERROR, health.reason);
   } else {
     const positioning::Fix& fix = epoch->observed.fix;
     if (fix.measured())
-      say(Status::OK, "fix");
+      log(Status::OK, "fix");
     else if (fix.solved())
-      say(Status::WARN, "prediction: no satellite is used");
+      log(Status::WARN, "prediction: no satellite is used");
     else
-      say(Status::WARN, "no fix: " + std::string(output::no_fix_reason(fix, epoch->containment)));
+      log(Status::WARN, "no fix: " + std::string(output::no_fix_reason(fix, epoch->containment)));
     add("kind of fix", std::string(positioning::name(fix.kind())));
     if (fix.correction_age_s) add("age of corrections [s]", number(*fix.correction_age_s));
     add("satellites used", std::to_string(output::used_count(fix)));

@@ -170,27 +170,27 @@ TYPED_TEST(Raw, DiagnosticsSayHowItIs) {
   health.reason = "no pose on pose";
   const auto fix = test::sample_epoch(test::sample_time(), test::sample_point(), {3, 4, 0});
   const auto none = test::sample_epoch(test::sample_time(), test::sample_point(), {0, 0, 0}, false);
-  const auto said = [&](const simulation::Epoch* epoch) {
+  const auto reported = [&](const simulation::Epoch* epoch) {
     return diagnostics_message<Diagnostics>(this->head_, health, epoch).status.at(0);
   };
-  EXPECT_EQ(said(&fix).level, 0);
-  EXPECT_EQ(said(&fix).message, "fix");
-  EXPECT_EQ(said(&fix).name, "gnss: receiver");
+  EXPECT_EQ(reported(&fix).level, 0);
+  EXPECT_EQ(reported(&fix).message, "fix");
+  EXPECT_EQ(reported(&fix).name, "gnss: receiver");
   std::string error;
-  for (const auto& value : said(&fix).values) {
+  for (const auto& value : reported(&fix).values) {
     if (value.key == "horizontal error [m]") error = value.value;
   }
   EXPECT_EQ(error, "5");  // of 3 and 4
   auto prediction = fix;
   prediction.observed.fix.used.clear();
-  EXPECT_EQ(said(&prediction).level, 1);
-  EXPECT_EQ(said(&prediction).message, "prediction: no satellite is used");
-  EXPECT_EQ(said(&none).level, 1);
-  EXPECT_THAT(std::string(said(&none).message), testing::StartsWith("no fix: "));
-  EXPECT_EQ(said(nullptr).level, 2);
-  EXPECT_EQ(said(nullptr).message, "no pose on pose");
+  EXPECT_EQ(reported(&prediction).level, 1);
+  EXPECT_EQ(reported(&prediction).message, "prediction: no satellite is used");
+  EXPECT_EQ(reported(&none).level, 1);
+  EXPECT_THAT(std::string(reported(&none).message), testing::StartsWith("no fix: "));
+  EXPECT_EQ(reported(nullptr).level, 2);
+  EXPECT_EQ(reported(nullptr).message, "no pose on pose");
   health.finished = true;
-  EXPECT_EQ(said(nullptr).level, 0);
+  EXPECT_EQ(reported(nullptr).level, 0);
 }
 
 }  // namespace

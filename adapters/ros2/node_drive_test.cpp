@@ -61,7 +61,7 @@ class Drove {
     truth.emplace(settings, scene->city, simulation);
     hosted.emplace(setup_of(
         settings, std::move(scene), {}, "/car",
-        [this](live::Tone, const std::string& line) { said.push_back(line); }, simulation));
+        [this](live::Tone, const std::string& line) { logged.push_back(line); }, simulation));
     hosted->add(std::make_unique<Kept>(steps, bases));
   }
   void go_to(std::int64_t now_ns) {
@@ -79,7 +79,7 @@ class Drove {
   std::optional<NodeTruth> truth;
   std::optional<live::HostedReceiver> hosted;
   std::vector<Step> steps, bases;
-  std::vector<std::string> said;
+  std::vector<std::string> logged;
 
  private:
   canyon::test::TemporaryFolder folder_;
@@ -116,7 +116,7 @@ TEST(NodeDrive, IsTheSimulationsRun) {
     for (std::size_t i = 0; i < expected.size(); ++i) expect_same(drive.steps[i].epoch, expected[i]);
     EXPECT_TRUE(drive.hosted->over());
     EXPECT_EQ(drive.hosted->next_ns(), 31'000'000'000);
-    EXPECT_THAT(drive.said, IsEmpty());
+    EXPECT_THAT(drive.logged, IsEmpty());
   }
 }
 
@@ -160,7 +160,7 @@ TEST(NodeDrive, ABaseThatIsNowhereIsTold) {
   drive.hosted->update(0, [&](std::string&) {
     return live::HostedReceiver::Antennas{drive.simulation->antenna_pose(0, drive.simulation->begin())};
   });
-  EXPECT_THAT(drive.said, ElementsAre(HasSubstr("the base has no position")));
+  EXPECT_THAT(drive.logged, ElementsAre(HasSubstr("the base has no position")));
 }
 
 // Dead reckoning uses the samples of the vehicle's sensors.
@@ -195,7 +195,7 @@ TEST(NodeDrive, IsFixedByTheTopic) {
   }
   EXPECT_EQ(drive.steps.size(), 31U);
   EXPECT_GT(fixed, 20);
-  EXPECT_THAT(drive.said, IsEmpty());
+  EXPECT_THAT(drive.logged, IsEmpty());
 }
 
 }  // namespace

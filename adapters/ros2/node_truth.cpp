@@ -13,7 +13,7 @@ const char* source_name(PoseSource source) {
 }  // namespace
 
 live::HostSetup setup_of(const NodeSettings& settings, std::shared_ptr<simulation::CityScene> scene,
-                         geodesy::GpsTime start, const std::string& own_name, live::Say say,
+                         geodesy::GpsTime start, const std::string& own_name, live::LogFunction log,
                          const Drive& drive) {
   live::HostSetup setup;
   setup.options = settings;
@@ -25,7 +25,7 @@ live::HostSetup setup_of(const NodeSettings& settings, std::shared_ptr<simulatio
     setup.epochs = static_cast<std::int64_t>(drive->epoch_count());
     if (setup.options.live.with_sensors) setup.sensors = [drive] { return drive->sensors(); };
   }
-  setup.say = std::move(say);
+  setup.log = std::move(log);
   setup.city = std::move(scene);
   return setup;
 }

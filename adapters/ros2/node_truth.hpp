@@ -19,7 +19,7 @@ using Drive = std::shared_ptr<const simulation::Simulation>;
 /// @param start GPS time of the host's time 0, without a drive; @param own_name see driven_config()
 [[nodiscard]] live::HostSetup setup_of(const NodeSettings& settings,
                                        std::shared_ptr<simulation::CityScene> scene, geodesy::GpsTime start,
-                                       const std::string& own_name, live::Say say,
+                                       const std::string& own_name, live::LogFunction log,
                                        const Drive& drive = nullptr);
 
 /// Its truth.

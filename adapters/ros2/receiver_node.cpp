@@ -103,7 +103,7 @@ struct ReceiverNode::Impl {
     settings = parameters.settings();
     check_build(settings);
     ReadReport report;
-    report.say(ReadReport::Level::Guess, settings.live.warnings);
+    report.add_line(ReadReport::Level::Guess, settings.live.warnings);
     scene = std::make_shared<simulation::CityScene>(simulation::load_city(settings.live));
     interval_s = 1 / settings.live.rate_hz.value_or(kDefaultRate_hz);
     if (!settings.by_poses()) {
@@ -171,7 +171,7 @@ struct ReceiverNode::Impl {
     topics.reset();
     simulation.reset();
     scene.reset();
-    said.clear();
+    logged.clear();
   }
 
   void autostart() {
@@ -184,12 +184,12 @@ struct ReceiverNode::Impl {
   // An error of the receiver ends the drive: guarded() catches it.
   void begin_receiver(geodesy::GpsTime start) {
     truth.emplace(settings, scene->city, simulation);
-    const auto say = [this](live::Tone tone, const std::string& line) {
+    const auto log = [this](live::Tone tone, const std::string& line) {
       if (tone == live::Tone::Error) throw InputError(line);
       warn(line);
     };
     live::HostSetup setup =
-        setup_of(settings, scene, start, node.get_fully_qualified_name(), say, simulation);
+        setup_of(settings, scene, start, node.get_fully_qualified_name(), log, simulation);
     for (const std::string& stream : settings.streams)
       setup.streams.emplace_back("parameter 'streams'", stream);
     setup.open_link = [this](const output::StreamRequest& request) -> std::shared_ptr<transport::Link> {
@@ -363,7 +363,7 @@ struct ReceiverNode::Impl {
     return node.get_clock()->now().nanoseconds();
   }
   void warn(const std::string& message) {
-    if (said.insert(message).second) RCLCPP_WARN(node.get_logger(), "%s", hide_passwords(message).c_str());
+    if (logged.insert(message).second) RCLCPP_WARN(node.get_logger(), "%s", hide_passwords(message).c_str());
   }
   /// An error in a callback ends the drive, not the container.
   template <class Work>
@@ -401,7 +401,7 @@ struct ReceiverNode::Impl {
   std::chrono::steady_clock::time_point next_tick;  // of the driven clock
   std::int64_t stamp_ns = 0;                        // of the last epoch, on the node's clock
   ros_messages::ReceiverHealth health;
-  std::set<std::string> said;
+  std::set<std::string> logged;
   bool failed = false;
 };
 

@@ -30,7 +30,7 @@ namespace {
 using namespace canyon;
 namespace fs = std::filesystem;
 
-EM_JS(void, tell_progress, (double done, double planned), { Module['progress'](done, planned); });
+EM_JS(void, report_progress, (double done, double planned), { Module['progress'](done, planned); });
 
 /// The shown run.
 struct Shown {
@@ -119,7 +119,7 @@ Json run(const Json& given) {
   for (const auto& file : files) sinks.push_back(file.get());
   simulation::RunOptions options;
   options.progress = [](std::size_t done, std::size_t planned) {
-    tell_progress(static_cast<double>(done), static_cast<double>(planned));
+    report_progress(static_cast<double>(done), static_cast<double>(planned));
   };
   const simulation::RunResult result = shown.simulation->run(sinks, options);
   view::export_page("viewer.html", "out/view", "out/page.html");
@@ -148,7 +148,7 @@ class ComputedMap final : public heatmap::MapAnswers {
               simulation::describe(request.motion)};
     for (std::size_t unit = 0; unit < map.unit_count(); ++unit) {
       tiles_.push_back(map.compute(unit));
-      tell_progress(static_cast<double>(unit + 1), static_cast<double>(map.unit_count()));
+      report_progress(static_cast<double>(unit + 1), static_cast<double>(map.unit_count()));
     }
   }
   [[nodiscard]] const About& about() const override { return about_; }

@@ -59,11 +59,11 @@ ReadReport::Note& ReadReport::note_of(Note::Form form, Level level, const std::s
   return notes_[known->second];
 }
 
-void ReadReport::say(Level level, std::string_view line) {
+void ReadReport::add_line(Level level, std::string_view line) {
   note_of(Note::Form::Line, level, {}, line).count = 1;
 }
 
-void ReadReport::tell(Level level, std::string_view what, std::string_view id, std::size_t count) {
+void ReadReport::add_counted(Level level, std::string_view what, std::string_view id, std::size_t count) {
   Note& note = note_of(Note::Form::Things, level, path_.string(), what);
   note.count += count;
   if (!id.empty() && note.ids.size() < kIds) note.ids.emplace_back(id);

@@ -73,15 +73,15 @@ class ReadReport {
   }
   void remark(const InputError& note) { add(Level::Remark, note, 1, note.cure()); }
   /// A whole line. Equal lines are one note.
-  void say(Level level, std::string_view line);
-  void say(Level level, const std::vector<std::string>& lines) {
-    for (const std::string& line : lines) say(level, line);
+  void add_line(Level level, std::string_view line);
+  void add_line(Level level, const std::vector<std::string>& lines) {
+    for (const std::string& line : lines) add_line(level, line);
   }
   /// `count` things of one kind.
   /// @param what "{} ways without nodes, left out": the first {} is the count; without {}, the line ends in
   /// "(3 times)" or in the ids
   /// @param id of one of them; may be empty
-  void tell(Level level, std::string_view what, std::string_view id = {}, std::size_t count = 1);
+  void add_counted(Level level, std::string_view what, std::string_view id = {}, std::size_t count = 1);
 
   /// Appends the notes of another report. @param file for notes that name no file
   void append(const ReadReport& other, const std::filesystem::path& file = {});

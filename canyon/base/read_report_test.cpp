@@ -37,10 +37,10 @@ TEST(ReadReport, WholeLinesAndThingsByKind) {
   using Level = ReadReport::Level;
   ReadReport city("map.osm");
   for (int i = 0; i < 22; ++i)
-    city.tell(Level::Loss, "{} ways without nodes, left out", "way/" + std::to_string(i));
-  city.tell(Level::Remark, "replaced by its parts");
-  city.tell(Level::Remark, "replaced by its parts");
-  city.say(Level::Guess, "5 of 9 heights are guesses");
+    city.add_counted(Level::Loss, "{} ways without nodes, left out", "way/" + std::to_string(i));
+  city.add_counted(Level::Remark, "replaced by its parts");
+  city.add_counted(Level::Remark, "replaced by its parts");
+  city.add_line(Level::Guess, "5 of 9 heights are guesses");
   const std::vector<std::string> lines = city.lines();
   ASSERT_EQ(lines.size(), 3U);
   EXPECT_EQ(lines[0].substr(0, 50), "map.osm: 22 ways without nodes, left out: way/0, w");
@@ -50,17 +50,17 @@ TEST(ReadReport, WholeLinesAndThingsByKind) {
   ReadReport run;
   run.append(city);
   run.append(city);
-  run.say(Level::Guess, "5 of 9 heights are guesses");
+  run.add_line(Level::Guess, "5 of 9 heights are guesses");
   EXPECT_EQ(run.entries(), city.entries());
   EXPECT_THAT(run.warnings(), ElementsAre(lines[0], lines[2]));
 }
 
 TEST(ReadReport, FiveWarningsAreShownWithTwoGuesses) {
   ReadReport report;
-  for (const char* what : {"a", "b", "c", "d", "e", "f"}) report.say(ReadReport::Level::Loss, what);
+  for (const char* what : {"a", "b", "c", "d", "e", "f"}) report.add_line(ReadReport::Level::Loss, what);
   EXPECT_THAT(report.shown("x"), ElementsAre("a", "b", "c", "d", "e", "1 more warning: x"));
-  for (const char* what : {"g", "h", "i"}) report.say(ReadReport::Level::Guess, what);
-  report.say(ReadReport::Level::Remark, "r");
+  for (const char* what : {"g", "h", "i"}) report.add_line(ReadReport::Level::Guess, what);
+  report.add_line(ReadReport::Level::Remark, "r");
   EXPECT_THAT(report.shown("x"), ElementsAre("a", "b", "c", "g", "h", "4 more warnings: x"));
 }
 

@@ -181,8 +181,9 @@ std::size_t append_object(Mesh& mesh, std::string name, Surface surface,
 
 void note_degenerate(ReadReport& notes, std::size_t dropped) {
   if (dropped == 0) return;
-  notes.tell(ReadReport::Level::Loss,
-             "{} degenerate triangles (area below 1e-8 m^2) dropped: no ray can hit them", {}, dropped);
+  notes.add_counted(ReadReport::Level::Loss,
+                    "{} degenerate triangles (area below 1e-8 m^2) dropped: no ray can hit them", {},
+                    dropped);
 }
 
 CitySummary summarize(const City& city) {

@@ -291,7 +291,7 @@ class CityFileReader {
         note.erase(0, ReadReport::name(each).size() + 2);
         level = each;
       }
-      city.notes.say(level, note);
+      city.notes.add_line(level, note);
     }
     const std::uint32_t objects = take_count(from, 9);
     city.mesh.objects.reserve(objects);

@@ -37,9 +37,10 @@ City small_city() {
   canyon::test::append_box(city.mesh, "", Surface::Foliage, Material::Wood, {30, 0, -1}, {31, 2, 5});
   append_object(city.mesh, "terrain", Surface::Terrain, Material::Ground,
                 {{-99, -99, 0}, {99, 0, 0}, {0, 99, 1}}, {{0, 1, 2}});
-  city.notes.say(ReadReport::Level::Remark, std::vector<std::string>{"first", "", "third; with \n line"});
-  city.notes.say(ReadReport::Level::Loss, "a tower is left out");
-  city.notes.say(ReadReport::Level::Guess, "its height");
+  city.notes.add_line(ReadReport::Level::Remark,
+                      std::vector<std::string>{"first", "", "third; with \n line"});
+  city.notes.add_line(ReadReport::Level::Loss, "a tower is left out");
+  city.notes.add_line(ReadReport::Level::Guess, "its height");
   return city;
 }
 

@@ -155,11 +155,11 @@ std::string dress_facades(City& city, const FacadeOptions& options, bool keep_na
     else
       ++kept;
   }
-  std::vector<std::string> said;
+  std::vector<std::string> logged;
   for (std::size_t i = 0; i < kTypes.size(); ++i)
-    if (counts.at(i) > 0) said.push_back(fmt::format("{} {}", counts.at(i), kTypes.at(i).name));
+    if (counts.at(i) > 0) logged.push_back(fmt::format("{} {}", counts.at(i), kTypes.at(i).name));
   std::string text =
-      fmt::format("facades drawn: {}", said.empty() ? "none" : fmt::to_string(fmt::join(said, ", ")));
+      fmt::format("facades drawn: {}", logged.empty() ? "none" : fmt::to_string(fmt::join(logged, ", ")));
   if (kept > 0) text += fmt::format("; {} of {} buildings keep theirs", kept, buildings);
   return text;
 }

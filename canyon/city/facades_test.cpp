@@ -106,7 +106,7 @@ TEST(Facades, AMapsWordsOverrideTheHeight) {
 TEST(Facades, SharesAreThoseOfTheMix) {
   constexpr int kCount = 4000;
   City city = row_of_boxes(kCount);
-  const std::string said = dress_facades(city, of(FacadeMix::ThermallyEfficient), false, 1);
+  const std::string logged = dress_facades(city, of(FacadeMix::ThermallyEfficient), false, 1);
   int metal = 0, concrete = 0;
   for (const Object& object : city.mesh.objects) {
     const Material material = wall_material(city.mesh, object);
@@ -115,7 +115,7 @@ TEST(Facades, SharesAreThoseOfTheMix) {
   }
   EXPECT_EQ(metal + concrete, kCount);
   EXPECT_NEAR(metal, 0.7 * kCount, 4 * std::sqrt(0.7 * 0.3 * kCount));
-  EXPECT_EQ(said, fmt::format("facades drawn: {} coated_glass, {} concrete", metal, concrete));
+  EXPECT_EQ(logged, fmt::format("facades drawn: {} coated_glass, {} concrete", metal, concrete));
 }
 
 TEST(Facades, RoofsFloorsGroundAndVehiclesStay) {
@@ -128,8 +128,8 @@ TEST(Facades, RoofsFloorsGroundAndVehiclesStay) {
   canyon::test::append_box(city.mesh, "bus", Surface::Vehicle, Material::Glass, {0, 80, 0}, {10, 83, 3});
   canyon::test::append_box(city.mesh, "hill", Surface::Terrain, Material::Ground, {0, 100, 0}, {10, 110, 3});
   canyon::test::append_box(city.mesh, "oak", Surface::Foliage, Material::Foliage, {0, 120, 0}, {10, 130, 3});
-  const std::string said = dress_facades(city, of({{"metal", 1}}), false, 1);
-  EXPECT_EQ(said, "facades drawn: 3 metal");
+  const std::string logged = dress_facades(city, of({{"metal", 1}}), false, 1);
+  EXPECT_EQ(logged, "facades drawn: 3 metal");
   for (const Object& object : city.mesh.objects) {
     for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
       const bool wall = object.surface == Surface::Building && object.name != "roof" && !level(city.mesh, t);

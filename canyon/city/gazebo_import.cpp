@@ -61,7 +61,7 @@ class GazeboImport {
     const Element* world = sdf.FirstChildElement("world");
     if (world != nullptr) {
       if (world->NextSiblingElement("world") != nullptr)
-        notes_.say(Level::Loss, "only the first of several worlds is read");
+        notes_.add_line(Level::Loss, "only the first of several worlds is read");
       read_origin(source, *world);
       read_state(source, *world);
       read_models(source, *world, Eigen::Affine3d::Identity(), "", 0, true);
@@ -85,7 +85,8 @@ class GazeboImport {
       for (Eigen::Vector3d& v : city_.mesh.vertices) v = enu_from_world * v;
     note_degenerate(notes_, degenerate_);
     if (moved_ > 0)
-      city_.notes.say(Level::Remark, fmt::format("{} models have the poses of the world's <state>", moved_));
+      city_.notes.add_line(Level::Remark,
+                           fmt::format("{} models have the poses of the world's <state>", moved_));
     city_.notes.append(notes_, path_);
     check_mesh(city_.mesh, city_.name);
     return std::move(city_);
@@ -120,7 +121,8 @@ class GazeboImport {
       const std::vector<double> s = numbers(source, *scale, 3, 1e6);
       const bool scaled = std::any_of(s.begin(), s.end(), [](double x) { return std::abs(x - 1) > 1e-6; });
       if (scaled)
-        notes_.say(Level::Loss, fmt::format("the world's <state> scales '{}', which is read unscaled", name));
+        notes_.add_line(Level::Loss,
+                        fmt::format("the world's <state> scales '{}', which is read unscaled", name));
     }
   }
   /// The pose of a world's model: from the state, else its own.
@@ -134,26 +136,28 @@ class GazeboImport {
   /// Whether the world's state deletes a model.
   bool is_deleted(const std::string& name, int depth) {
     const bool deleted = depth == 0 && deleted_.count(name) > 0;
-    if (deleted) city_.notes.tell(Level::Remark, "{} models that the world's <state> deletes left out");
+    if (deleted)
+      city_.notes.add_counted(Level::Remark, "{} models that the world's <state> deletes left out");
     return deleted;
   }
 
   void note_no_origin() {
-    notes_.say(Level::Guess, "no spherical_coordinates: the origin is latitude 0, longitude 0, height 0");
+    notes_.add_line(Level::Guess,
+                    "no spherical_coordinates: the origin is latitude 0, longitude 0, height 0");
   }
 
   void note_absent() {
     for (const InputError& fault : absent_)
-      city_.notes.tell(Level::Loss, fmt::format("{}; left out: {}", fault.what(), kNothingThere));
+      city_.notes.add_counted(Level::Loss, fmt::format("{}; left out: {}", fault.what(), kNothingThere));
   }
 
   void note_moving() {
     if (moving_.empty()) return;
     const auto named = moving_.begin() + std::min<std::ptrdiff_t>(std::ssize(moving_), 5);
-    notes_.say(Level::Guess,
-               fmt::format("models that can move (without <static>true</static>) left out: {} ({}{})",
-                           moving_.size(), fmt::join(moving_.begin(), named, ", "),
-                           named == moving_.end() ? "" : ", ..."));
+    notes_.add_line(Level::Guess,
+                    fmt::format("models that can move (without <static>true</static>) left out: {} ({}{})",
+                                moving_.size(), fmt::join(moving_.begin(), named, ", "),
+                                named == moving_.end() ? "" : ", ..."));
   }
 
   /// A model's folder is replaced by the file named in its model.config.
@@ -254,7 +258,7 @@ class GazeboImport {
       } else if (kind == "include") {
         read_include({&source, &parent}, *e, world_from_parent, scope, depth, only_static);
       } else if (kind == "actor" || kind == "population" || kind == "road") {
-        notes_.tell(Level::Loss, fmt::format("{{}} <{}> left out", kind));
+        notes_.add_counted(Level::Loss, fmt::format("{{}} <{}> left out", kind));
       }
     }
   }
@@ -262,7 +266,7 @@ class GazeboImport {
   void read_model(const SdfFile& source, const Element& model, const Eigen::Affine3d& world_from_model,
                   const std::string& scope, const std::string& name, int depth) {
     if (name == kGroundPlaneModel) {
-      city_.notes.say(Level::Remark, "the ground plane under a city without terrain is not part of it");
+      city_.notes.add_line(Level::Remark, "the ground plane under a city without terrain is not part of it");
       return;
     }
     const std::string inner = scope.empty() ? name : scope + "::" + name;
@@ -320,7 +324,7 @@ class GazeboImport {
     if (!found) {
       const std::string last = lower_case(uri.substr(uri.find_last_of('/') + 1));
       if (last == "sun" || last == "ground_plane" || last == "ground plane") {
-        city_.notes.say(Level::Remark, fmt::format("'{}' of Gazebo's own collection left out", uri));
+        city_.notes.add_line(Level::Remark, fmt::format("'{}' of Gazebo's own collection left out", uri));
         return {};
       }
       throw source.error(include, fmt::format("'{}' is not in the file's folder", uri),
@@ -328,7 +332,8 @@ class GazeboImport {
     }
     const SdfFile& file = open(model_file(*found));
     const Element* const model = file.document.RootElement()->FirstChildElement("model");
-    if (model == nullptr) city_.notes.tell(Level::Remark, "{} includes without a model (lights) left out");
+    if (model == nullptr)
+      city_.notes.add_counted(Level::Remark, "{} includes without a model (lights) left out");
     return {&file, model};
   }
 
@@ -367,7 +372,8 @@ class GazeboImport {
     LinkShapes shapes(notes);
     if (!add_polylines(source, geometry, shapes, {name}) && !add_primitive(source, *shape, shapes, {name})) {
       if (kind != "empty")
-        notes_.tell(Level::Loss, fmt::format("{{}} <{}> geometries left out: {}", kind, kNothingThere));
+        notes_.add_counted(Level::Loss,
+                           fmt::format("{{}} <{}> geometries left out: {}", kind, kNothingThere));
       return;
     }
     Mesh mesh = shapes.take();
@@ -375,7 +381,7 @@ class GazeboImport {
       const std::string& line = notes.back();  // "'NAME' is left out: WHY"
       throw source.error(*shape, fmt::format("<{}>: {}", kind, line.substr(line.rfind(": ") + 2)));
     }
-    notes_.say(Level::Loss, notes);
+    notes_.add_line(Level::Loss, notes);
     append(std::move(mesh), world_from_geometry);
   }
 
@@ -384,7 +390,7 @@ class GazeboImport {
     const std::string uri = child_text(shape, "uri");
     if (uri.empty()) throw source.error(shape, "<mesh> without <uri>");
     if (shape.FirstChildElement("submesh") != nullptr)
-      notes_.tell(Level::Guess, "{} <submesh> choices left out: the whole mesh is read");
+      notes_.add_counted(Level::Guess, "{} <submesh> choices left out: the whole mesh is read");
     if (const Element* e = shape.FirstChildElement("scale")) {
       const std::vector<double> s = numbers(source, *e, 3, 1e6);
       const Eigen::Vector3d scale(s[0], s[1], s[2]);

@@ -99,7 +99,7 @@ class MeshImport {
   }
 
  private:
-  void note(std::string_view line) { notes_.say(ReadReport::Level::Remark, line); }
+  void note(std::string_view line) { notes_.add_line(ReadReport::Level::Remark, line); }
 
   void check_bytes() const {
     check_input_file(path_, meshes::kLargestMesh);
@@ -152,20 +152,20 @@ class MeshImport {
     else if (feet_z.size() > 2 && spread(feet_y) < kPlane_m && spread(feet_z) > kApart_m)
       why = "its buildings are on an upright plane";
     if (why.empty()) return;
-    notes_.say(ReadReport::Level::Guess,
-               fmt::format("{}: {}; if {} is the file's up axis, set up_axis: {}", path_.filename().string(),
-                           why, static_cast<char>(other - 'A' + 'a'), other));
+    notes_.add_line(ReadReport::Level::Guess,
+                    fmt::format("{}: {}; if {} is the file's up axis, set up_axis: {}",
+                                path_.filename().string(), why, static_cast<char>(other - 'A' + 'a'), other));
   }
 
   void take(meshes::SceneNode& from, const Eigen::Affine3d& enu_from_file) {
     Node node;
     node.name = from.name.empty() ? path_.stem().string() : from.name;
-    bool said = false;
-    NodeName named = marked_ ? read_node_name(node.name) : split_surface(node.name, &said);
-    said = said || marked_;
+    bool reported = false;
+    NodeName named = marked_ ? read_node_name(node.name) : split_surface(node.name, &reported);
+    reported = reported || marked_;
     node.named_terrain =
-        said ? named.surface == Surface::Terrain : names_terrain(node.name) || names_terrain(from.above);
-    if (said) {
+        reported ? named.surface == Surface::Terrain : names_terrain(node.name) || names_terrain(from.above);
+    if (reported) {
       node.name = std::move(named.name);
       node.surface = named.surface;
     }

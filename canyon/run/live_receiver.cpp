@@ -217,7 +217,7 @@ struct LiveReceiver::Impl {
     last_step.reset();
     receiver = make_receiver();
     last_s = -std::numeric_limits<double>::infinity();
-    said_empty = false;
+    warned_empty = false;
   }
 
   // Only nominal orbits can be computed for any time.
@@ -249,7 +249,7 @@ struct LiveReceiver::Impl {
   std::optional<Pose> last_truth;
   std::optional<LastStep> last_step;
   double last_s = -std::numeric_limits<double>::infinity();
-  bool said_empty = false;
+  bool warned_empty = false;
   int begun = 0;
   std::vector<std::string> warnings;
   bool warned_of_station = false;
@@ -364,8 +364,8 @@ LiveReceiver::Step LiveReceiver::observe(const Pose& antenna, const EpochInputs&
   }
   impl.last_truth = antenna;
   step.epoch = impl.make_epoch(antenna, step.arrival, inputs.sensors);
-  if (step.arrival.views.empty() && !impl.said_empty) {
-    impl.said_empty = true;
+  if (step.arrival.views.empty() && !impl.warned_empty) {
+    impl.warned_empty = true;
     impl.warnings.push_back(
         fmt::format("no satellite has an orbit at {}: no fix from now on", geodesy::format_gpst(t, 0)));
   }

@@ -185,9 +185,9 @@ void keep_about(city::City& city, const std::array<double, 4>& bbox_deg) {
     }
   }
   const std::size_t dropped = city::keep_within(city.mesh, plan);
-  city.notes.say(ReadReport::Level::Remark,
-                 fmt::format("{} objects farther than {:g} m from the trajectory are left out", dropped,
-                             kRouteMargin_m));
+  city.notes.add_line(ReadReport::Level::Remark,
+                      fmt::format("{} objects farther than {:g} m from the trajectory are left out", dropped,
+                                  kRouteMargin_m));
 }
 
 city::City draw_buildings(city::City city, const CityConfig& config, std::uint64_t seed) {
@@ -195,7 +195,7 @@ city::City draw_buildings(city::City city, const CityConfig& config, std::uint64
   const std::string drawn = city::dress_facades(city, config.facades, keep, seed);
   const std::string raised = city::raise_roofs(city, config.roofs_m, seed);
   for (const std::string& each : {drawn, raised})
-    if (!each.empty()) city.notes.say(ReadReport::Level::Remark, each);
+    if (!each.empty()) city.notes.add_line(ReadReport::Level::Remark, each);
   city.seed = seed;
   return city;
 }
@@ -217,7 +217,7 @@ city::City draw_city(city::City source, const Scenario& scenario) {
   city::City city = draw_buildings(std::move(source), scenario.city, scenario.seed);
   if (const auto shift = draw_city_shift(scenario.city.georeference, scenario.seed)) {
     move_city(city, *shift);
-    city.notes.say(ReadReport::Level::Remark, describe(*shift));
+    city.notes.add_line(ReadReport::Level::Remark, describe(*shift));
   }
   return city;
 }
@@ -230,9 +230,10 @@ city::City load_city(const Scenario& scenario) {
     keep_about(source, *around);
   const auto* tileset = scenario.city.as<tiles::TileOptions>();
   if (tileset && tiles::holds_key(tileset->url)) {
-    source.notes.say(ReadReport::Level::Guess,
-                     "city.tiles.url contains its key in clear text, and so will copies of the scenario: "
-                     "write $NAME instead and set that environment variable");
+    source.notes.add_line(
+        ReadReport::Level::Guess,
+        "city.tiles.url contains its key in clear text, and so will copies of the scenario: "
+        "write $NAME instead and set that environment variable");
   }
   return draw_city(std::move(source), scenario);
 }

@@ -180,16 +180,16 @@ TEST(LoadCity, MeanSeaLevelByAGeoidsGrid) {
   CityConfig model = city_config(folder / "c.gml");
   model.sea_level.geoid = buildings::GeoidModel::EGM84;
   const city::City city = canyon::test::loaded_city(model);
-  const auto said = [&city](const char* text) {
+  const auto reported = [&city](const char* text) {
     const std::vector<std::string> notes = city.notes.lines();
     return std::any_of(notes.begin(), notes.end(),
                        [text](const std::string& note) { return note.find(text) != std::string::npos; });
   };
-  if (said("geoid added by PROJ's grid")) {
+  if (reported("geoid added by PROJ's grid")) {
     EXPECT_NEAR(city.frame.origin().height_m, 546, 2);  // the German geoid about Munich: 46 m
   } else {
     EXPECT_NEAR(city.frame.origin().height_m, 497, 1e-3);
-    EXPECT_TRUE(said("as given; geoid added by GeographicLib's egm84-15; the file's own, DHHN92 height"));
+    EXPECT_TRUE(reported("as given; geoid added by GeographicLib's egm84-15; the file's own, DHHN92 height"));
   }
   unsetenv("GEOGRAPHICLIB_GEOID_PATH");
   config.sea_level.geoid = buildings::GeoidModel::EGM96;

@@ -95,8 +95,8 @@ buildings::BuiltCity read_map(const MapCity& config, const CityConfig& city,
   build.validate();
   buildings::MapData map = read_maps(config, city.sea_level);
   if (!map.relief.empty() && terrain) {
-    map.notes.say(ReadReport::Level::Remark,
-                  map.source + ": its relief is left out, since city.terrain has height rasters");
+    map.notes.add_line(ReadReport::Level::Remark,
+                       map.source + ": its relief is left out, since city.terrain has height rasters");
   } else if (!map.relief.empty()) {
     terrain.emplace(buildings::Terrain::of_relief(map.relief));
     const auto beyond = std::count_if(map.features.begin(), map.features.end(), [&](const auto& feature) {
@@ -105,7 +105,7 @@ buildings::BuiltCity read_map(const MapCity& config, const CityConfig& city,
     const bool elsewhere = static_cast<std::size_t>(beyond) == map.features.size();
     if (elsewhere) terrain.reset();
     if (beyond > 0) {
-      map.notes.say(
+      map.notes.add_line(
           ReadReport::Level::Loss,
           fmt::format("{}: {} of {} objects are outside the terrain, {}", map.source, beyond,
                       map.features.size(), elsewhere ? "which is left out" : "where there is no ground"));

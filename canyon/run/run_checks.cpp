@@ -262,14 +262,14 @@ std::vector<std::string> containment_warnings(const Scenario& scenario,
                                               std::span<const ContainmentCounts> counts) {
   std::vector<std::string> lines;
   for (std::size_t r = 0; r < counts.size(); ++r) {
-    const auto say = [&](raytrace::Containment containment, const char* where) {
+    const auto log = [&](raytrace::Containment containment, const char* where) {
       const std::size_t n = counts[r][static_cast<std::size_t>(containment)];
       if (n == 0) return;
       lines.push_back(fmt::format("{}: {} {} with the antenna {}: no signal there",
                                   scenario.receivers[r].options.name, n, n == 1 ? "epoch" : "epochs", where));
     };
-    say(raytrace::Containment::InsideBuilding, "inside a building");
-    say(raytrace::Containment::UnderTerrain, "under the terrain");
+    log(raytrace::Containment::InsideBuilding, "inside a building");
+    log(raytrace::Containment::UnderTerrain, "under the terrain");
   }
   return lines;
 }

@@ -129,9 +129,10 @@ RunPlan make_plan(const Scenario& scenario, double geoid_undulation_m) {
                            "give 0 or more");
     }
     if (*scenario.duration_s > duration_s + 1e-9) {
-      plan.report.say(ReadReport::Level::Guess,
-                      fmt::format("the trajectory ends {} s after the start, before the duration of {} s",
-                                  duration_s, *scenario.duration_s));
+      plan.report.add_line(
+          ReadReport::Level::Guess,
+          fmt::format("the trajectory ends {} s after the start, before the duration of {} s", duration_s,
+                      *scenario.duration_s));
     }
     duration_s = std::min(duration_s, *scenario.duration_s);
   }

@@ -74,17 +74,17 @@ struct Simulation::Impl {
             build(scenario.sky, plan.begin, plan.end(), plan.trajectory.at(plan.begin).position))),
         city_scene(scene),
         environment(make_environment(std::move(scene), *sky, scenario.sky, scenario.seed)) {
-    const auto say = [this](const std::vector<std::string>& lines) {
-      report.say(ReadReport::Level::Guess, lines);
+    const auto log = [this](const std::vector<std::string>& lines) {
+      report.add_line(ReadReport::Level::Guess, lines);
     };
-    say(scenario.warnings);
+    log(scenario.warnings);
     report.append(city_scene->city.notes);
     report.append(plan.report);
     report.append(sky->report);
     decide_receivers();
-    say(check_run({scenario, plan, *sky, environment}));
-    if (scenario.sensors.feel_motion()) say(smooth_motion(scenario, plan, environment));
-    say(check_slopes({scenario, plan, *sky, environment}));
+    log(check_run({scenario, plan, *sky, environment}));
+    if (scenario.sensors.feel_motion()) log(smooth_motion(scenario, plan, environment));
+    log(check_slopes({scenario, plan, *sky, environment}));
     for (const ReceiverConfig& receiver : scenario.receivers)
       propagators.push_back(environment.make_propagator(receiver.propagation));
   }

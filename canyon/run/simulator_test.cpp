@@ -390,10 +390,10 @@ TEST(Simulation, SaysThatARecordedPathIsFarAboveTheGround) {
     city::City city = city_of(scenario);
     return Simulation(std::move(scenario), std::move(city)).warnings();
   };
-  const auto said = Contains(HasSubstr("never lower than 152 m above the city's ground"));
-  EXPECT_THAT(warnings("152"), said);
-  EXPECT_THAT(warnings("2"), testing::Not(said));
-  EXPECT_THAT(warnings("152", ", height_above_terrain_m: 1.5"), testing::Not(said));
+  const auto reported = Contains(HasSubstr("never lower than 152 m above the city's ground"));
+  EXPECT_THAT(warnings("152"), reported);
+  EXPECT_THAT(warnings("2"), testing::Not(reported));
+  EXPECT_THAT(warnings("152", ", height_above_terrain_m: 1.5"), testing::Not(reported));
 }
 
 TEST(Simulation, RefusesAFarCityAndAnEmptyOne) {
@@ -687,15 +687,15 @@ TEST(Simulation, AnOpenFieldFarFromTheTrajectoryIsTold) {
         "{}{}trajectory: {{position: {{latitude_deg: {}, longitude_deg: 114.17, height_m: 2}}}}\n", field,
         kOneSecond, latitude_deg);
   };
-  const auto said = Contains(AllOf(HasSubstr("km away from the city"), HasSubstr("check city.origin")));
-  EXPECT_THAT(simulation_of(at(22.5, kOpen)).warnings(), said);
-  EXPECT_THAT(simulation_of(at(22.38, kOpen)).warnings(), testing::Not(said));
+  const auto reported = Contains(AllOf(HasSubstr("km away from the city"), HasSubstr("check city.origin")));
+  EXPECT_THAT(simulation_of(at(22.5, kOpen)).warnings(), reported);
+  EXPECT_THAT(simulation_of(at(22.38, kOpen)).warnings(), testing::Not(reported));
   // A flight may begin far away.
   const std::string flight =
       kOpen +
       "start: 2026-06-01T08:00:00Z\nsky: {nominal: true}\ntrajectory: {speed_mps: 200, waypoints: [{east_m: "
       "-40000, north_m: 0, up_m: 900}, {east_m: 0, north_m: 0, up_m: 900}]}\n";
-  EXPECT_THAT(simulation_of(flight).warnings(), testing::Not(said));
+  EXPECT_THAT(simulation_of(flight).warnings(), testing::Not(reported));
 }
 
 TEST(Simulation, AFixedReceiverBeyondTheCityIsRefused) {

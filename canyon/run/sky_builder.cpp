@@ -79,9 +79,9 @@ void check_coverage(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::stri
   const std::vector<GpsTime> times = probes(begin, end);
   for (const GpsTime t : times) {
     if (count_states(sky, ids, t) > 0) continue;
-    report.say(ReadReport::Level::Guess,
-               fmt::format("the {} ({}) do not cover the whole run: none is valid at {}", what,
-                           span_text(span.first, span.second), format_gpst(t, 0)));
+    report.add_line(ReadReport::Level::Guess,
+                    fmt::format("the {} ({}) do not cover the whole run: none is valid at {}", what,
+                                span_text(span.first, span.second), format_gpst(t, 0)));
     break;
   }
 }
@@ -103,10 +103,11 @@ void check_distances(const orbit::Sky& sky, GpsTime begin, GpsTime end, ReadRepo
     }
   }
   if (wrong.empty()) return;
-  report.say(ReadReport::Level::Guess,
-             fmt::format("{} satellites are not 6,500 to 60,000 km from the Earth's centre ({}): {}; check "
-                         "the positions and their unit",
-                         wrong.size(), list_text(wrong), first));
+  report.add_line(
+      ReadReport::Level::Guess,
+      fmt::format("{} satellites are not 6,500 to 60,000 km from the Earth's centre ({}): {}; check "
+                  "the positions and their unit",
+                  wrong.size(), list_text(wrong), first));
 }
 
 // Satellites above the horizon at `position` that cannot be used: unhealthy, or without a valid ephemeris
@@ -138,9 +139,9 @@ void report_unusable(const orbit::BroadcastSky& sky, const SkyConfig& config, Gp
     groups.push_back(
         fmt::format("{}: {}", list_text(ids), reason.empty() ? sky.source(ids.front(), begin) : reason));
   }
-  report.say(ReadReport::Level::Guess,
-             fmt::format("{} satellites above the horizon at the start are left out ({})", silent.size(),
-                         fmt::join(groups, "; ")));
+  report.add_line(ReadReport::Level::Guess,
+                  fmt::format("{} satellites above the horizon at the start are left out ({})", silent.size(),
+                              fmt::join(groups, "; ")));
 }
 
 void check_systems(const orbit::Sky& sky, const std::set<gnss::System>& wanted, ReadReport& report) {
@@ -149,7 +150,7 @@ void check_systems(const orbit::Sky& sky, const std::set<gnss::System>& wanted, 
   for (const gnss::System system : wanted) {
     if (std::any_of(ids.begin(), ids.end(), [system](gnss::SatelliteId id) { return id.system == system; }))
       continue;
-    report.say(ReadReport::Level::Guess, fmt::format("the sky has no {} satellite", gnss::name(system)));
+    report.add_line(ReadReport::Level::Guess, fmt::format("the sky has no {} satellite", gnss::name(system)));
   }
 }
 
@@ -168,7 +169,7 @@ void report_stale(const orbit::BroadcastSky& sky, const SkyConfig& config, GpsTi
     }
   }
   if (stale.empty()) return;
-  report.say(
+  report.add_line(
       ReadReport::Level::Guess,
       fmt::format("allow_stale: {} satellites use ephemerides older than their system allows: {} ({}: {})",
                   stale.size(), list_text(stale), to_string(stale.front()), example));
@@ -234,15 +235,16 @@ void add_ionosphere(const SkyConfig& config, GpsTime begin, BuiltSky& sky) {
   const std::optional<double>& given_sfu = config.errors.solar_flux_sfu;
   if (!klobuchar.empty()) {
     if (given_sfu && !config.navigation.empty())
-      sky.report.say(ReadReport::Level::Guess,
-                     "sky.errors.solar_flux_sfu has no effect: the navigation files have coefficients of the "
-                     "ionosphere");
+      sky.report.add_line(
+          ReadReport::Level::Guess,
+          "sky.errors.solar_flux_sfu has no effect: the navigation files have coefficients of the "
+          "ionosphere");
     return;
   }
   if (!config.has_errors(!sky.navigation.empty())) return;
   const double flux_sfu = given_sfu.value_or(orbit::mean_solar_flux_sfu(begin));
   klobuchar[gnss::System::GPS] = orbit::standard_ionosphere(flux_sfu);
-  sky.report.say(
+  sky.report.add_line(
       ReadReport::Level::Guess,
       fmt::format("the ionosphere is a standard one for a solar flux of {:.0f} sfu, since the files "
                   "have no coefficients; sky.errors.solar_flux_sfu sets another",

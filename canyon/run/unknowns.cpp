@@ -46,8 +46,9 @@ Distribution uniform(double low, double high, const char* unit) {
 std::optional<Distribution> level_of(const ReceiverConfig& receiver) {
   const tracking::SignalOptions& signal = receiver.options.signal;
   if (!signal.enabled) return std::nullopt;
-  const bool said = signal.installation != tracking::Installation::Nominal || signal.installation_db;
-  if (!said && signal.installation_sigma_db == 0) return uniform(kLowestLevel_db, kHighestLevel_db, " dB");
+  const bool reported = signal.installation != tracking::Installation::Nominal || signal.installation_db;
+  if (!reported && signal.installation_sigma_db == 0)
+    return uniform(kLowestLevel_db, kHighestLevel_db, " dB");
   const double sigma_db = signal.installation_sigma_db > 0 ? signal.installation_sigma_db
                           : signal.installation_db         ? kMeasuredLevelSigma_db
                                                            : kSaidLevelSigma_db;

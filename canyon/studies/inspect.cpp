@@ -65,7 +65,7 @@ FileReport inspect_scenario(const std::filesystem::path& path) {
     report.notes = simulation::Simulation(scenario, std::move(city)).report();
   } else {
     report.notes = city.notes;
-    report.notes.say(ReadReport::Level::Guess, scenario.warnings);
+    report.notes.add_line(ReadReport::Level::Guess, scenario.warnings);
   }
   const std::vector<std::string> receivers = simulation::receiver_names(scenario.receivers);
   report.contents.emplace_back("receivers", fmt::format("{}", fmt::join(receivers, ", ")));
@@ -128,9 +128,9 @@ FileReport inspect_raster(const std::filesystem::path& path) {
                                  fmt::format("{:.6f}, {:.6f} deg", summary.middle->y(), summary.middle->x()));
   }
   if (summary.empty_share > 0) {
-    report.notes.say(ReadReport::Level::Loss,
-                     fmt::format("{:.1f} % of the posts have no height, or one beyond -500 to 9,000 m",
-                                 100 * summary.empty_share));
+    report.notes.add_line(ReadReport::Level::Loss,
+                          fmt::format("{:.1f} % of the posts have no height, or one beyond -500 to 9,000 m",
+                                      100 * summary.empty_share));
   }
   return report;
 }
@@ -231,14 +231,15 @@ FileReport inspect_navigation(const std::filesystem::path& path) {
   report.contents.emplace_back("records", fmt::format("{}", records));
   report.contents.emplace_back("satellites", satellites_text(satellites));
   if (used.size() < data.kepler.size()) {
-    report.notes.say(ReadReport::Level::Remark,
-                     fmt::format("{} records are replaced by later messages for the same satellite and time",
-                                 data.kepler.size() - used.size()));
+    report.notes.add_line(
+        ReadReport::Level::Remark,
+        fmt::format("{} records are replaced by later messages for the same satellite and time",
+                    data.kepler.size() - used.size()));
   }
   report.contents.emplace_back("ionosphere",
                                data.klobuchar.empty() ? "no coefficients" : "Klobuchar coefficients");
   if (data.galileo_nequick) {
-    report.notes.say(
+    report.notes.add_line(
         ReadReport::Level::Remark,
         "coefficients of NeQuick-G are only kept for writing: Galileo's signals have Klobuchar's ionosphere "
         "with GPS's coefficients");
@@ -275,7 +276,7 @@ FileReport inspect_rtcm(const std::filesystem::path& path) {
       file.epochs.empty() ? Eigen::Vector3d::Zero().eval() : file.epochs.back()->station_ecef;
   if (!point.isZero())
     report.contents.emplace_back("station", position_text(geodesy::geodetic_from_ecef(point)));
-  report.notes.say(ReadReport::Level::Loss, file.status.warnings());
+  report.notes.add_line(ReadReport::Level::Loss, file.status.warnings());
   return report;
 }
 
@@ -293,7 +294,7 @@ FileReport inspect_path(const std::filesystem::path& path, const std::string& fo
     } catch (const InputError&) {
       try {
         simulation::RecordedPath flat = read(false);
-        notes.say(ReadReport::Level::Guess, "it has no heights: give trajectory.height_above_terrain_m");
+        notes.add_line(ReadReport::Level::Guess, "it has no heights: give trajectory.height_above_terrain_m");
         return flat;
       } catch (const InputError&) {
       }

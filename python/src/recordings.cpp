@@ -41,7 +41,7 @@ class Recorded {
     report_ = scene_.environment->city().notes;
     report_.append(scene_.sky.report);
     for (const auto* more : {&scenario_.warnings, &scene_.recording.warnings})
-      report_.say(ReadReport::Level::Guess, *more);
+      report_.add_line(ReadReport::Level::Guess, *more);
     warn_of(report_);
   }
 

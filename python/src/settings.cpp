@@ -169,8 +169,8 @@ ScenarioPtr made_scenario(const py::object& source, const py::kwargs& keys) {
 
 }  // namespace
 
-void warn_of(const ReadReport& report, const ReadReport& said) {
-  const std::vector<std::string> known = said.warnings();
+void warn_of(const ReadReport& report, const ReadReport& logged) {
+  const std::vector<std::string> known = logged.warnings();
   // The warning names the line of the user's call, not a line of the module.
   Py_ssize_t level = 1;
   py::object frame = py::module_::import("sys").attr("_getframe")();

@@ -74,7 +74,7 @@ struct SkyHandle {
 using SkyPtr = std::shared_ptr<SkyHandle>;
 
 /// Warns of the losses and guesses in a report, once each. @param said warnings that the caller already got
-void warn_of(const ReadReport& report, const ReadReport& said = {});
+void warn_of(const ReadReport& report, const ReadReport& logged = {});
 
 /// An object of the engine with the files read for it, which its own outputs must not replace.
 template <typename T>

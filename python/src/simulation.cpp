@@ -99,7 +99,7 @@ py::dict run(const SimulationPtr& simulation, int threads, bool with_paths,
   std::vector<py::dict> summaries;
   for (const output::RunSummary& each : figures.summaries()) summaries.push_back(summary_of(each));
   ReadReport report = simulation->report();
-  report.say(ReadReport::Level::Guess, result.warnings);
+  report.add_line(ReadReport::Level::Guess, result.warnings);
   warn_of(report, simulation->report());
   if (results) {
     report.write(*folder);

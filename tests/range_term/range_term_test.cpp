@@ -45,7 +45,7 @@ receivers: [{name: car, profile: ublox-f9p}]
 )";
 
 /// All results of one run.
-struct Told {
+struct ReportedTerms {
   std::map<std::string, double> of_signals, of_satellites;  ///< pseudoranges by satellite and signal
   std::map<std::string, double> column;                     ///< made_up_m
   std::map<std::string, double> sine;                       ///< of the elevation
@@ -56,8 +56,8 @@ struct Told {
 
 class Teller final : public simulation::EpochSink {
  public:
-  Teller(const simulation::Simulation& simulation, Told& told)
-      : told_(told),
+  Teller(const simulation::Simulation& simulation, ReportedTerms& reported)
+      : reported_(reported),
         options_(simulation.scenario().receivers[0].options),
         interpolator_(samples::make_path_interpolator(options_, 1, simulation.environment().klobuchar(),
                                                       samples::FrontEnd(), 4e6)) {}
@@ -74,17 +74,17 @@ class Teller final : public simulation::EpochSink {
       if (!satellite.measurement || !satellite.measurement->carrier_phase_cycles) continue;
       const positioning::Measurement& m = *satellite.measurement;
       const std::string name = gnss::to_string(satellite.id);
-      told_.at_virtual_station[name] = {
+      reported_.at_virtual_station[name] = {
           m.pseudorange_m, *m.carrier_phase_cycles * geodesy::kSpeedOfLight / m.carrier_frequency_hz};
       const auto line = orbit::line_of_sight(epoch.environment->sky(), satellite.id, epoch.truth.time,
                                              geodesy::ecef_from_geodetic(geodetic));
-      told_.sine_there[name] = std::sin(line->elevation_rad);
+      reported_.sine_there[name] = std::sin(line->elevation_rad);
     }
     if (const auto segment = interpolator_->next(epoch)) {
       for (const auto& signal : segment->signals) {
         for (const auto& path : signal.paths) {
-          told_.sample_codes_m.push_back(path.code_m.at(0));
-          told_.sample_carriers_m.push_back(path.carrier_m.at(0));
+          reported_.sample_codes_m.push_back(path.code_m.at(0));
+          reported_.sample_carriers_m.push_back(path.carrier_m.at(0));
         }
       }
     }
@@ -100,38 +100,38 @@ class Teller final : public simulation::EpochSink {
       std::string name = gnss::to_string(row.satellite->id);
       const bool of_signals = kind == output::TableKind::Signals;
       if (of_signals) name += std::string(" ") + std::string(row.signal->signal->name);
-      told_.sine[name] = std::sin(row.satellite->elevation_rad);
+      reported_.sine[name] = std::sin(row.satellite->elevation_rad);
       for (const output::Column& column : columns) {
         const std::string_view is(column.name);
         if (is == "pseudorange_m")
-          (of_signals ? told_.of_signals : told_.of_satellites)[name] = column.value(row);
-        if (is == "made_up_m") told_.column[name] = column.value(row);
+          (of_signals ? reported_.of_signals : reported_.of_satellites)[name] = column.value(row);
+        if (is == "made_up_m") reported_.column[name] = column.value(row);
       }
     });
   }
 
-  Told& told_;
+  ReportedTerms& reported_;
   receiver::ReceiverOptions options_;
   std::unique_ptr<samples::PathInterpolator> interpolator_;
 };
 
-Told run(double metres) {
+ReportedTerms run(double metres) {
   size_m = metres;
   const test::TemporaryFolder folder;
   const simulation::Simulation simulation = test::prepare(kScenario, folder.path());
-  Told told;
-  Teller teller(simulation, told);
+  ReportedTerms reported;
+  Teller teller(simulation, reported);
   simulation.run({&teller}, {});
   size_m = 0;
-  return told;
+  return reported;
 }
 
 TEST(RangeTerm, ComesToTablesVirtualStationsAndSamples) {
   ASSERT_TRUE(added);
-  const Told without = run(0), with = run(0.05);
+  const ReportedTerms without = run(0), with = run(0.05);
   ASSERT_GT(with.of_signals.size(), 40U);
   ASSERT_GT(with.of_satellites.size(), 20U);
-  for (const auto of : {&Told::of_signals, &Told::of_satellites}) {
+  for (const auto of : {&ReportedTerms::of_signals, &ReportedTerms::of_satellites}) {
     for (const auto& [name, metres] : with.*of) {
       // A pseudorange is a double of 4e-9 m.
       EXPECT_NEAR(metres - (without.*of).at(name), 0.05 * with.sine.at(name), 1e-7) << name;

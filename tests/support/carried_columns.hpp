@@ -14,11 +14,11 @@
 namespace canyon::test {
 
 /// A value in a message: a number (of a Word its index, of a flag 1 or 0), or a text.
-using Said = std::variant<double, std::string>;
+using ReportedValue = std::variant<double, std::string>;
 
 /// The location of a value in a message, by column.
 template <typename Message>
-using Carried = std::map<std::string, Said (*)(const Message&)>;
+using Carried = std::map<std::string, ReportedValue (*)(const Message&)>;
 
 /// Every column of a table is either carried, and then the message has the value of a row, or is listed as
 /// missing in the message. @param relative maximum relative difference of numbers @param number of the row
@@ -32,11 +32,11 @@ void expect_carried(output::TableKind kind, const simulation::Epoch& epoch, cons
     if (rows++ != number) return;
     for (const output::Column& column : output::table(kind).columns) {
       known.insert(column.name);
-      const auto said = carried.find(column.name);
-      EXPECT_NE(said != carried.end(), lacks.count(column.name) > 0)
+      const auto reported = carried.find(column.name);
+      EXPECT_NE(reported != carried.end(), lacks.count(column.name) > 0)
           << column.name << ": put it into the message, or among those that it lacks";
-      if (said == carried.end()) continue;
-      const Said value = said->second(message);
+      if (reported == carried.end()) continue;
+      const ReportedValue value = reported->second(message);
       if (column.kind == output::Column::Kind::Text) {
         EXPECT_EQ(std::get<std::string>(value), column.text(row)) << column.name;
         continue;

@@ -18,19 +18,19 @@ namespace canyon::test {
 
 /// The result of reading a damaged file.
 enum class Outcome {
-  Same,    ///< the data of the undamaged file
-  Noise,   ///< within the noise
-  Said,    ///< other data, with a warning
-  Refused  ///< an InputError
+  Same,      ///< the data of the undamaged file
+  Noise,     ///< within the noise
+  Remarked,  ///< other data, with a warning
+  Refused    ///< an InputError
 };
 
 struct DamageCounts {
-  int files = 0, same = 0, noise = 0, said = 0, refused = 0;
+  int files = 0, same = 0, noise = 0, remarked = 0, refused = 0;
   std::vector<std::string> silent;  ///< other data without a warning
 
   [[nodiscard]] std::string text() const {
     return fmt::format("{} damages: same {}, within noise {}, said {}, refused {}, silent {}", files, same,
-                       noise, said, refused, silent.size());
+                       noise, remarked, refused, silent.size());
   }
 };
 
@@ -121,7 +121,7 @@ class Damages {
     }
     counts.same += judgement.outcome == Outcome::Same ? 1 : 0;
     counts.noise += judgement.outcome == Outcome::Noise ? 1 : 0;
-    counts.said += judgement.outcome == Outcome::Said ? 1 : 0;
+    counts.remarked += judgement.outcome == Outcome::Remarked ? 1 : 0;
     counts.refused += judgement.outcome == Outcome::Refused ? 1 : 0;
   }
 

@@ -49,7 +49,7 @@ class LocalConnection {
     return text;
   }
   [[nodiscard]] int handle() const { return socket_; }
-  void say(const std::string& text) const { ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL); }
+  void send_text(const std::string& text) const { ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL); }
   void end_speech() const { shutdown(socket_, SHUT_WR); }
   /// Ends like a process killed with unread data: the peer gets a reset.
   void abort() {

@@ -21,7 +21,7 @@ class PoseReceiver {
                geodesy::GpsTime start, const std::string& own_name)
       : truth_(settings, scene->city),
         hosted_(setup_of(settings, std::move(scene), start, own_name,
-                         [this](live::Tone, const std::string& line) { said_.push_back(line); })) {}
+                         [this](live::Tone, const std::string& line) { logged_.push_back(line); })) {}
   /// The result of PoseInbox::take().
   std::string add(const simulation::RigidPose& pose, double stamp_s, std::int64_t now_ns) {
     return truth_.take(pose, stamp_s, now_ns);
@@ -40,10 +40,10 @@ class PoseReceiver {
   }
   void change(const NodeSettings& settings) { hosted_.set_config(driven_config(settings, "/receiver")); }
   [[nodiscard]] const simulation::LiveReceiver& receiver() const { return hosted_.receiver(); }
-  [[nodiscard]] std::vector<std::string> take_warnings() { return std::exchange(said_, {}); }
+  [[nodiscard]] std::vector<std::string> take_warnings() { return std::exchange(logged_, {}); }
 
  private:
-  std::vector<std::string> said_;
+  std::vector<std::string> logged_;
   NodeTruth truth_;
   live::HostedReceiver hosted_;
 };

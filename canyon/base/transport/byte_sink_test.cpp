@@ -131,7 +131,7 @@ TEST(ByteSink, WaitsForAReaderAndForItsReading) {
   const auto stream = open_byte_sink("tcp://127.0.0.1:" + std::to_string(port));
   auto reader = std::async(std::launch::async, [&] {
     test::LocalConnection connection(port);
-    connection.say("what a reader says is thrown away");
+    connection.send_text("what a reader says is thrown away");
     std::string all = connection.read(bytes.size());
     EXPECT_EQ(connection.read_some(), "");  // the end
     return all;

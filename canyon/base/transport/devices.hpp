@@ -157,7 +157,7 @@ class TcpClient final : public BufferedTransport {
   Clock::time_point next_try_, given_up_;
   std::uint64_t connections_ = 0, failures_ = 0;
   std::string first_, backlog_;
-  bool said_away_ = false;
+  bool warned_away_ = false;
 };
 
 [[nodiscard]] std::unique_ptr<Transport> make_tcp_server(const HostPort& at);
@@ -240,8 +240,8 @@ class TcpServer final : public BufferedTransport {
   bool http_;
   std::vector<Client> clients_;
   std::uint64_t accepted_ = 0;
-  std::string first_;                      ///< sent first to every client
-  bool full_ = false, said_http_ = false;  ///< already logged
+  std::string first_;                        ///< sent first to every client
+  bool full_ = false, warned_http_ = false;  ///< already logged
 };
 
 }  // namespace canyon::transport

@@ -87,14 +87,14 @@ std::string second_revision(const std::string& mount, const std::string& secret)
 /// The complete response of a caster to a request that it rejects.
 std::string refusal(Transport& caster, int port, const std::string& request) {
   LocalConnection client(port);
-  client.say(request);
+  client.send_text(request);
   return read_while_serving(caster, client, 100'000);
 }
 
 /// A connection that a caster streams to.
 LocalConnection connected(Transport& caster, int port, const std::string& request, const char* first_line) {
   LocalConnection client(port);
-  client.say(request);
+  client.send_text(request);
   const std::string start = read_while_serving(caster, client, std::string(first_line).size());
   EXPECT_EQ(start, first_line);
   if (start[0] == 'H') {
@@ -213,15 +213,15 @@ TEST(NtripCaster, HandsOnWhatClientsSayAndAnswersOne) {
   std::string request = second_revision(kBase, ":");
   request.insert(request.size() - 2, "Ntrip-GGA: $GPGGA,2\r\n");
   LocalConnection b = connected(*caster, port, request, kSecondGrants);
-  b.say("$GPGGA,3\r\n");
-  std::map<std::uint64_t, std::string> said;
+  b.send_text("$GPGGA,3\r\n");
+  std::map<std::uint64_t, std::string> logged;
   EXPECT_TRUE(serve_until(*caster, [&] {
-    for (const Received& received : caster->take_received()) said[received.reader] += received.bytes;
-    return said.size() == 2 && said.rbegin()->second.size() == 20;
+    for (const Received& received : caster->take_received()) logged[received.reader] += received.bytes;
+    return logged.size() == 2 && logged.rbegin()->second.size() == 20;
   }));
-  EXPECT_EQ(said.begin()->second, kGga);
-  EXPECT_EQ(said.rbegin()->second, "$GPGGA,2\r\n$GPGGA,3\r\n");
-  caster->answer(said.begin()->first, "at a");
+  EXPECT_EQ(logged.begin()->second, kGga);
+  EXPECT_EQ(logged.rbegin()->second, "$GPGGA,2\r\n$GPGGA,3\r\n");
+  caster->answer(logged.begin()->first, "at a");
   caster->send("all");
   EXPECT_EQ(a.read(7), "at aall");
   EXPECT_EQ(b.read(8), "3\r\nall\r\n");
@@ -233,7 +233,7 @@ TEST(NtripCaster, LetsGoOfClientsThatFloodIt) {
   LocalConnection flood = connected(*caster, port, first_revision(kBase, "rover:pw"), kFirstGrants);
   std::atomic<bool> over = false;
   auto flooding = std::async(std::launch::async, [&] {
-    while (!over) flood.say(std::string(50'000, 'x'));
+    while (!over) flood.send_text(std::string(50'000, 'x'));
   });
   EXPECT_EQ(read_while_serving(*caster, flood, 1), "");
   over = true;
@@ -325,7 +325,7 @@ class ScriptedCaster {
     }));
     return bytes;
   }
-  void say(std::string_view bytes) { server_.answer(reader_, bytes); }
+  void send_text(std::string_view bytes) { server_.answer(reader_, bytes); }
   void end() {
     server_.close(reader_);
     server_.serve();
@@ -359,13 +359,13 @@ TEST(NtripClient, TakesTheStreamOfOurCasterAndSendsItsPlace) {
   EXPECT_EQ(client.status().reason, "no response");
   client.send(kGga);
   const auto caster = open_transport(address("ntrip-caster", port, kBase));
-  std::string said;
+  std::string logged;
   EXPECT_TRUE(serve_until(client, [&] {
     caster->serve();
-    for (const Received& received : caster->take_received()) said += received.bytes;
-    return said.size() == 2 * kGga.size();
+    for (const Received& received : caster->take_received()) logged += received.bytes;
+    return logged.size() == 2 * kGga.size();
   }));
-  EXPECT_EQ(said, kGga + kGga) << "with the request and when it is granted";
+  EXPECT_EQ(logged, kGga + kGga) << "with the request and when it is granted";
   EXPECT_EQ(client.status().state, State::Streaming);
   client.send("$GPGGA,next");
   EXPECT_EQ(take(*caster, 13), "$GPGGA,next\r\n");
@@ -423,12 +423,12 @@ TEST(NtripClient, TellsNoSecretThatACasterSaysBack) {
     ScriptedCaster caster;
     NtripClient client(address("ntrip", caster.port, kBase, "rover:S3CRET!"), kQuick);
     (void)caster.request(client);
-    caster.say(answer);
+    caster.send_text(answer);
     EXPECT_TRUE(becomes(client, State::Refused)) << answer;
-    std::string told = client.status().reason;
-    for (const std::string& line : client.take_notes()) told += line;
-    for (const std::string& mount : client.status().mounts) told += mount;
-    EXPECT_THAT(told, AllOf(Not(HasSubstr("S3C")), Not(HasSubstr(encoded.substr(0, 12)))));
+    std::string reported = client.status().reason;
+    for (const std::string& line : client.take_notes()) reported += line;
+    for (const std::string& mount : client.status().mounts) reported += mount;
+    EXPECT_THAT(reported, AllOf(Not(HasSubstr("S3C")), Not(HasSubstr(encoded.substr(0, 12)))));
   }
 }
 
@@ -443,11 +443,11 @@ TEST(NtripClient, TakesChunksHoweverTheyAreCut) {
       "chunked\r\n\r\n"
       "3\r\none\r\n00C;name=value\r\n two\r\n three\r\n1\r\n!\r\n";
   for (const char c : answer) {
-    caster.say({&c, 1});
+    caster.send_text({&c, 1});
     client.serve();
   }
   EXPECT_EQ(take(client, 16), "one two\r\n three!");
-  caster.say("0\r\n\r\n");
+  caster.send_text("0\r\n\r\n");
   EXPECT_TRUE(becomes(client, State::Closed));
   EXPECT_EQ(client.status().reason, "the caster ended the stream");
 }
@@ -456,7 +456,7 @@ TEST(NtripClient, TakesWhatHttpDoesNotCut) {
   ScriptedCaster caster;
   NtripClient client = client_of(caster);
   (void)caster.request(client);
-  caster.say("HTTP/1.0 200 OK\r\n\r\nas it is");
+  caster.send_text("HTTP/1.0 200 OK\r\n\r\nas it is");
   EXPECT_EQ(take(client, 8), "as it is");
 }
 
@@ -466,7 +466,7 @@ TEST(NtripClient, TakesAnswersWhoseLinesEndWithLfAlone) {
     ScriptedCaster caster;
     NtripClient client = client_of(caster);
     (void)caster.request(client);
-    caster.say(std::string(head) + "as\r\nit\nis");
+    caster.send_text(std::string(head) + "as\r\nit\nis");
     EXPECT_EQ(take(client, 9), "as\r\nit\nis") << head;
   }
 }
@@ -477,11 +477,11 @@ TEST(NtripClient, FallsBackToRevision1) {
     ScriptedCaster caster;
     NtripClient client = client_of(caster);
     EXPECT_THAT(caster.request(client), HasSubstr("Ntrip/2.0"));
-    caster.say(answer);
+    caster.send_text(answer);
     caster.end();
     EXPECT_EQ(caster.request(client),
               "GET /BASE HTTP/1.0\r\nUser-Agent: NTRIP Canyon\r\n" + authorization("rover:pw") + "\r\n");
-    caster.say("ICY 200 OK\r\n\r\nbytes");
+    caster.send_text("ICY 200 OK\r\n\r\nbytes");
     EXPECT_EQ(take(client, 5), "bytes") << answer;
     EXPECT_EQ(client.status().state, State::Streaming);
   }
@@ -492,7 +492,7 @@ TEST(NtripClient, SaysWhyItIsRefused) {
     ScriptedCaster caster;
     NtripClient client = client_of(caster);
     (void)caster.request(client);
-    caster.say(answer);
+    caster.send_text(answer);
     caster.end();
     EXPECT_TRUE(becomes(client, State::Refused)) << answer;
     return client.status();
@@ -524,10 +524,10 @@ TEST(NtripClient, LetsGoOfHostileCasters) {
     ScriptedCaster caster;
     NtripClient client = client_of(caster);
     (void)caster.request(client);
-    caster.say(attack.begin);
+    caster.send_text(attack.begin);
     EXPECT_TRUE(serve_until(client,
                             [&] {
-                              for (int i = 0; i < 100; ++i) caster.say(attack.more);
+                              for (int i = 0; i < 100; ++i) caster.send_text(attack.more);
                               return client.status().state == State::Refused;
                             }))
         << attack.begin << attack.more;
@@ -541,9 +541,9 @@ TEST(NtripClient, KeepsLittleOfAHostileStreamAndTable) {
   NtripClient client = client_of(caster);
   (void)caster.request(client);
   // No memory is reserved for chunks and contents of this size.
-  caster.say("HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n7FFFFFFFFFFFFFFF\r\n");
+  caster.send_text("HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n7FFFFFFFFFFFFFFF\r\n");
   for (int i = 0; i < 300; ++i) {
-    caster.say(std::string(1000, 'x'));
+    caster.send_text(std::string(1000, 'x'));
     client.serve();
   }
   EXPECT_EQ(client.status().state, State::Streaming);
@@ -555,12 +555,12 @@ TEST(NtripClient, KeepsLittleOfAHostileStreamAndTable) {
   ScriptedCaster other;
   NtripClient asks = client_of(other);
   (void)other.request(asks);
-  other.say("SOURCETABLE 200 OK\r\n\r\nSTR;" + std::string(5000, 'x') + ";\r\n");
+  other.send_text("SOURCETABLE 200 OK\r\n\r\nSTR;" + std::string(5000, 'x') + ";\r\n");
   for (int i = 0; i < 3000; ++i) {
-    other.say("STR;" + std::string(200, 'm') + std::to_string(i) + ";\r\n");
+    other.send_text("STR;" + std::string(200, 'm') + std::to_string(i) + ";\r\n");
     asks.serve();
   }
-  other.say("ENDSOURCETABLE\r\n");
+  other.send_text("ENDSOURCETABLE\r\n");
   EXPECT_TRUE(becomes(asks, State::Refused));
   EXPECT_EQ(asks.status().mounts.size(), 1000U);
   EXPECT_EQ(asks.status().mounts.front(), std::string(100, 'm'));
@@ -576,7 +576,7 @@ TEST(NtripClient, ConnectsAnewWhenACasterStalls) {
   EXPECT_TRUE(becomes(client, State::Stalled)) << "no answer";
   EXPECT_EQ(client.status().reason, "no byte for 0.1 s");
   (void)caster.request(client);
-  caster.say("ICY 200 OK\r\nbytes");
+  caster.send_text("ICY 200 OK\r\nbytes");
   EXPECT_EQ(take(client, 5), "bytes");
   const auto last_byte = Clock::now();
   EXPECT_TRUE(becomes(client, State::Stalled)) << "no more bytes";
@@ -595,7 +595,7 @@ TEST(NtripClient, WaitsLongerEachTimeUntilItGetsBytes) {
   for (const int least : {0, 30, 60, 120, 120}) {
     (void)caster.request(client);
     EXPECT_GE(Clock::now() - before, std::chrono::milliseconds(least - 2));
-    caster.say("ERROR - Bad Password\r\n");
+    caster.send_text("ERROR - Bad Password\r\n");
     caster.end();
     // It disconnects when it reads that.
     std::vector<int> handles;
@@ -615,7 +615,7 @@ TEST(NtripSource, BringsAStreamToACaster) {
   EXPECT_THAT(caster.request(source),
               AllOf(StartsWith("POST /BASE HTTP/1.1\r\n"), HasSubstr("\r\nNtrip-Version: Ntrip/2.0\r\n"),
                     HasSubstr("\r\nTransfer-Encoding: chunked\r\n"), HasSubstr(authorization("rover:pw"))));
-  caster.say("HTTP/1.1 200 OK\r\nContent-Length: 0\r\n\r\n");
+  caster.send_text("HTTP/1.1 200 OK\r\nContent-Length: 0\r\n\r\n");
   EXPECT_TRUE(becomes(source, State::Streaming));
   source.send("");
   source.send("one two three four");
@@ -628,10 +628,10 @@ TEST(NtripSource, SpeaksRevision1ToOldCasters) {
   ScriptedCaster caster;
   NtripClient source = client_of(caster, "ntrip-source");
   (void)caster.request(source);
-  caster.say("ERROR - Bad Request\r\n");
+  caster.send_text("ERROR - Bad Request\r\n");
   caster.end();
   EXPECT_THAT(caster.request(source), StartsWith("SOURCE pw /BASE\r\nSource-Agent: NTRIP "));
-  caster.say("OK\r\n");
+  caster.send_text("OK\r\n");
   EXPECT_TRUE(becomes(source, State::Streaming));
   source.send("as it is");
   EXPECT_EQ(caster.take(8), "as it is");

@@ -98,7 +98,7 @@ Line TcpServer::hear(Client& client) {
   for (const Received& piece : begin.take()) *client.first += piece.bytes;
   const std::optional<bool> is = is_http(*client.first);
   if (is.value_or(false)) {
-    if (!std::exchange(said_http_, true))
+    if (!std::exchange(warned_http_, true))
       notes_.emplace_back("warning: a client that speaks HTTP, such as a page of a browser, is dropped");
     return Line::Broken;
   }
@@ -266,12 +266,12 @@ void TcpClient::see_whether_connected() {
   }
   state_ = State::Connected;
   ++connections_;
-  if (std::exchange(said_away_, false)) notes_.push_back(fmt::format("connected to {}", name_));
+  if (std::exchange(warned_away_, false)) notes_.push_back(fmt::format("connected to {}", name_));
   backlog_ = first_;
 }
 
 void TcpClient::fail() {
-  if (!std::exchange(said_away_, true))
+  if (!std::exchange(warned_away_, true))
     notes_.push_back(fmt::format("{} does not respond: retrying every second", name_));
   ++failures_;
   leave();
@@ -282,7 +282,7 @@ void TcpClient::leave() {
   socket_.close(error);
   backlog_.clear();
   state_ = State::Away;
-  said_away_ = true;
+  warned_away_ = true;
   next_try_ = Clock::now() + pause_;
   pause_ = std::min(2 * pause_, longest_pause_);
 }

@@ -51,7 +51,7 @@ TEST(TcpServer, SendsTheSameToAllAndIgnoresWhatTheySay) {
   serve_until(server, 1);
   server.send("one ");
   LocalConnection b(port);
-  b.say("$PMTK314,0*28\r\n");
+  b.send_text("$PMTK314,0*28\r\n");
   serve_until(server, 2);
   server.send("two");
   EXPECT_EQ(a.read(7), "one two");
@@ -177,7 +177,7 @@ TEST(TcpServer, SilentVisitorsLockNobodyOut) {
   std::vector<LocalConnection> silent;
   for (int i = 0; i < 30; ++i) silent.emplace_back(port);
   LocalConnection asks(port);
-  asks.say("GET /BASE\n");
+  asks.send_text("GET /BASE\n");
   std::string heard;
   const auto deadline = in_20_s();
   while (heard.empty() && std::chrono::steady_clock::now() < deadline) {
@@ -209,14 +209,14 @@ TEST(TcpServer, DropsClientsThatSpeakHttp) {
        {"POST / HTTP/1.1\r\nHost: x\r\n\r\n", "GET /?\r\n", "OPTIONS * HTTP/1.1\n\n",
         "PUT /x HTTP/1.0\r\n\r\n", "PROPFIND /x HTTP/1.1\r\n\r\n", "HEAD ", "PRI * HTTP/2.0\r\n\r\n"}) {
     LocalConnection client(port);
-    client.say(request + body);
+    client.send_text(request + body);
     EXPECT_EQ(end_of(client), "") << request;
   }
   LocalConnection slow(port);
-  slow.say("PO");
+  slow.send_text("PO");
   serve_until(server, 1);
   server.serve();
-  slow.say("ST / HTTP/1.1\r\n\r\n" + body);
+  slow.send_text("ST / HTTP/1.1\r\n\r\n" + body);
   EXPECT_EQ(end_of(slow), "");
   EXPECT_TRUE(received.empty());
   EXPECT_THAT(server.take_notes(), ElementsAre(HasSubstr("speaks HTTP")));
@@ -224,7 +224,7 @@ TEST(TcpServer, DropsClientsThatSpeakHttp) {
   for (const std::string& first : {std::string("P"), std::string("{\"path\": \"/ HTTP/1.1\"}\n"),
                                    std::string("GETTER\n"), std::string(" / HTTP/1.1\n")}) {
     LocalConnection client(port);
-    client.say(first);
+    client.send_text(first);
     client.end_speech();
     std::string heard;
     for (const auto deadline = in_20_s(); heard.empty() && std::chrono::steady_clock::now() < deadline;) {
@@ -459,9 +459,9 @@ TEST(Transport, TcpServerHearsClientsApartAndAnswersTheOneThatAsked) {
   TcpServer server(port);
   LocalConnection a(port), b(port);
   serve_until(server, 2);
-  a.say("ping");
+  a.send_text("ping");
   const std::vector<Received> from_a = received_by(server, 4);
-  b.say("pong");
+  b.send_text("pong");
   const std::vector<Received> from_b = received_by(server, 4);
   ASSERT_FALSE(from_a.empty());
   ASSERT_FALSE(from_b.empty());
@@ -478,17 +478,17 @@ TEST(Transport, KeepsNoMoreOfWhatIsSaidThanItPromises) {
   TcpServer server(port);
   LocalConnection talker(port);
   serve_until(server, 1);
-  std::size_t said = 0;
+  std::size_t reported = 0;
   for (int i = 0; i < 200; ++i) {
-    talker.say(std::string(1000, 'x'));
-    said += 1000;
+    talker.send_text(std::string(1000, 'x'));
+    reported += 1000;
     server.serve();
   }
   std::size_t kept = 0;
   for (const Received& received : server.take_received()) kept += received.bytes.size();
   EXPECT_GT(kept, 0U);
   EXPECT_LE(kept, kMostReceived);
-  EXPECT_LT(kept, said);
+  EXPECT_LT(kept, reported);
 }
 
 TEST(Transport, TcpClientConnectsAgainWhenItsServerIsBack) {

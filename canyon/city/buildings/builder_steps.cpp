@@ -234,16 +234,16 @@ void add_guesses(ReadReport& notes, const BuildReport& report, const MapData& ma
   const std::size_t all =
       report.heights_tagged + report.heights_from_levels + report.heights_default + report.surveyed;
   if (2 * report.heights_default > all) {
-    notes.say(ReadReport::Level::Guess, fmt::format("{} of {} heights are guesses: the map has neither "
-                                                    "heights nor levels for them; 'default_height_m', "
-                                                    "'heights' by type or another map change them",
-                                                    report.heights_default, all));
+    notes.add_line(ReadReport::Level::Guess, fmt::format("{} of {} heights are guesses: the map has neither "
+                                                         "heights nor levels for them; 'default_height_m', "
+                                                         "'heights' by type or another map change them",
+                                                         report.heights_default, all));
   }
   constexpr double kLevel_m = 5;
   const std::vector<double> lowest = level ? lowest_heights_m(map) : std::vector<double>();
   const std::vector<double> ends = quantiles(lowest, std::array{0.05, 0.95});
   if (!ends.empty() && ends[1] - ends[0] > kLevel_m) {
-    notes.say(
+    notes.add_line(
         ReadReport::Level::Guess,
         fmt::format(
             "the lowest points of the buildings differ by {:.0f} m (5 to 95 % of them), but the ground is "
@@ -261,9 +261,9 @@ void add_guesses(ReadReport& notes, const BuildReport& report, const MapData& ma
   for (const auto& [type, height_m] : heights.by_type) {
     if (types.count(type) > 0) continue;
     const auto meant = closest(type, {types.begin(), types.end()});
-    notes.say(ReadReport::Level::Guess,
-              fmt::format("heights: the map has no building of type '{}'{}", type,
-                          meant ? fmt::format("; did you mean '{}'?", *meant) : ""));
+    notes.add_line(ReadReport::Level::Guess,
+                   fmt::format("heights: the map has no building of type '{}'{}", type,
+                               meant ? fmt::format("; did you mean '{}'?", *meant) : ""));
   }
 }
 

@@ -105,7 +105,7 @@ class Builder {
   void skip(std::size_t i, const std::string& why) {
     ++report().skipped;
     const bool twice = why == kSameOutline;
-    notes_.tell(twice ? Level::Remark : Level::Loss, "skipped, " + why, map_.features[i].id);
+    notes_.add_counted(twice ? Level::Remark : Level::Loss, "skipped, " + why, map_.features[i].id);
     result_.features[i].reason = why;
   }
 
@@ -135,15 +135,16 @@ class Builder {
     }
     std::vector<std::string> notes;
     located.polygons = repair(raw, notes);
-    const std::string said = fmt::format("{}", fmt::join(notes, "; "));
+    const std::string logged = fmt::format("{}", fmt::join(notes, "; "));
     if (located.polygons.empty()) {
-      skip(i, said.empty() ? "no area" : said);
+      skip(i, logged.empty() ? "no area" : logged);
       return;
     }
     if (!notes.empty()) {
       ++report().repaired;
-      built.reason = said;
-      for (const std::string& note : notes) notes_.tell(Level::Remark, "repaired, " + note, feature.id);
+      built.reason = logged;
+      for (const std::string& note : notes)
+        notes_.add_counted(Level::Remark, "repaired, " + note, feature.id);
     }
     located.ground = ground_along(feature.polygons, map_frame_, terrain_ != nullptr);
     if (!located.ground) {
@@ -194,8 +195,9 @@ class Builder {
       groups[b].push_back(buildings[b].polygons);
       if (groups[b].size() == 1 || !is_tangled(groups[b])) continue;
       groups[b].clear();
-      notes_.tell(Level::Loss, "{} buildings with parts that cross thousands of times; parts read separately",
-                  *buildings[b].id);
+      notes_.add_counted(Level::Loss,
+                         "{} buildings with parts that cross thousands of times; parts read separately",
+                         *buildings[b].id);
     }
     for (std::size_t p = 0; p < parts.size(); ++p) {
       if (!assigned[p] || groups[*assigned[p]].empty()) continue;
@@ -242,13 +244,13 @@ class Builder {
   }
 
   [[nodiscard]] Shape read_shape(const std::map<std::string, std::string>& tags, const std::string& id) {
-    std::vector<std::string> said;
-    Shape shape = shape_from_tags(tags, options_.heights, id, said);
+    std::vector<std::string> logged;
+    Shape shape = shape_from_tags(tags, options_.heights, id, logged);
     if (!is_facade_known(tags)) shape.facade = options_.untagged_facade;
-    for (const std::string& line : said) {
+    for (const std::string& line : logged) {
       const std::size_t colon = line.find(": ");
       const std::string what = colon == std::string::npos ? line : line.substr(colon + 2);
-      notes_.tell(what.starts_with("roof:") ? Level::Remark : Level::Loss, what, id);
+      notes_.add_counted(what.starts_with("roof:") ? Level::Remark : Level::Loss, what, id);
     }
     return shape;
   }
@@ -275,7 +277,8 @@ class Builder {
                     const Ground& ground, double base_z) {
     BuiltFeature& built = result_.features[i];
     if (!polygons.empty() && !set_roof_by_angle(shape, polygons.front().outer))
-      notes_.tell(Level::Remark, "roof:angle makes a roof higher than the building; left out", built.id);
+      notes_.add_counted(Level::Remark, "roof:angle makes a roof higher than the building; left out",
+                         built.id);
     built.shape = shape;
     built.ground_m = ground.lowest_height_m;
     built.footprint = to_map(polygons, base_z);
@@ -288,7 +291,7 @@ class Builder {
       append_solid(mesh(), name, surface, polygons[k], shape, base_z, bottom_z, notes);
     }
     for (const std::string& note : notes) {
-      notes_.tell(note == kNoTriangles ? Level::Loss : Level::Remark, note, built.id);
+      notes_.add_counted(note == kNoTriangles ? Level::Loss : Level::Remark, note, built.id);
       if (built.reason.find(note) == std::string::npos)
         built.reason += (built.reason.empty() ? "" : "; ") + note;
     }
@@ -361,10 +364,10 @@ class Builder {
     ++report().parts;
     if (!located.building) {
       ++report().parts_alone;
-      notes_.tell(Level::Remark, "part without a building outline", feature.id);
+      notes_.add_counted(Level::Remark, "part without a building outline", feature.id);
     } else if (total_area(subtract(located.polygons, located_[*located.building].polygons)) > kBeyond_m2) {
       ++report().parts_beyond;
-      notes_.tell(Level::Remark, "part extends beyond its outline", feature.id);
+      notes_.add_counted(Level::Remark, "part extends beyond its outline", feature.id);
     }
     if (inherited) ++report().heights_inherited;
     count_guesses(report(), shape, is_facade_known(tags));
@@ -381,7 +384,7 @@ class Builder {
                                        facade, tagged.roof_material);
     for (std::string& note : notes) {
       if (note.rfind(feature.id + ": ", 0) == 0) note.erase(0, feature.id.size() + 2);
-      notes_.tell(Level::Remark, note, feature.id);
+      notes_.add_counted(Level::Remark, note, feature.id);
     }
     BuiltFeature& built = result_.features[i];
     if (!added) {
@@ -396,9 +399,9 @@ class Builder {
       top = std::max(top, mesh().vertices[v].z());
     const std::optional<Eigen::Vector3d> ground = map_frame_.ground(feature.bounds().center());
     if (ground && top < ground->z())
-      notes_.tell(Level::Guess,
-                  "{} buildings entirely below the ground (heights in another unit, or another datum?)",
-                  feature.id);
+      notes_.add_counted(
+          Level::Guess, "{} buildings entirely below the ground (heights in another unit, or another datum?)",
+          feature.id);
   }
 
   // --- roads under roofs and over others -------------------------------------------------------------
@@ -410,14 +413,15 @@ class Builder {
     for (const LonLat& point : feature.line) {
       const std::optional<Eigen::Vector3d> ground = map_frame_.ground(point);
       if (!ground) {
-        notes_.tell(Level::Loss, "tunnels and bridges beyond the terrain, left out", feature.id);
+        notes_.add_counted(Level::Loss, "tunnels and bridges beyond the terrain, left out", feature.id);
         return;
       }
       line.push_back(*ground);
     }
     const std::size_t first = mesh().objects.size();
     if (!append_passage(mesh(), feature.id, feature.tags, line, terrain_ == nullptr)) {
-      notes_.tell(Level::Remark, "tunnels and bridges without a length or tangled, left out", feature.id);
+      notes_.add_counted(Level::Remark, "tunnels and bridges without a length or tangled, left out",
+                         feature.id);
       return;
     }
     for (std::size_t k = first; k < mesh().objects.size(); ++k)
@@ -467,7 +471,7 @@ class Builder {
     report().foliage_left_out = map_.foliage_left_out;
     ReadReport& notes = result_.city.notes;
     const std::string text = format_report(report());
-    for (const std::string_view line : split(trim(text), '\n')) notes.say(Level::Remark, line);
+    for (const std::string_view line : split(trim(text), '\n')) notes.add_line(Level::Remark, line);
     const BuildReport& r = report();
     add_guesses(notes, r, map_, options_.heights, terrain_ == nullptr);
     if (terrain_ != nullptr) notes.append(terrain_->notes());

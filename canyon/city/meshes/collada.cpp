@@ -84,7 +84,7 @@ class ColladaReader {
   }
 
   void note(std::size_t count, std::string_view what) {
-    if (count > 0) scene_.notes.tell(ReadReport::Level::Loss, fmt::format("{{}} {}", what), {}, count);
+    if (count > 0) scene_.notes.add_counted(ReadReport::Level::Loss, fmt::format("{{}} {}", what), {}, count);
   }
 
   void read_asset(const XmlElement& root) {

@@ -28,8 +28,8 @@ std::string mesh_bytes(const std::filesystem::path& path) {
 
 void note_crossed(std::size_t faces, ReadReport& notes) {
   if (faces == 0) return;
-  notes.tell(ReadReport::Level::Guess,
-             "{} faces cross themselves; each is read as a fan from its first corner", {}, faces);
+  notes.add_counted(ReadReport::Level::Guess,
+                    "{} faces cross themselves; each is read as a fan from its first corner", {}, faces);
 }
 
 void NodeBuilder::use(const std::vector<Eigen::Vector3d>& table, const Eigen::Affine3d& transform) {
@@ -85,17 +85,17 @@ MeshScene read_gltf_file(const std::filesystem::path& path) {
       for (std::uint32_t& v : triangle) v += shift;
     to.faces.push_back({std::move(primitive.material), std::move(primitive.triangles)});
   }
-  const auto tell = [&scene](ReadReport::Level level, std::string_view what, std::size_t count) {
-    if (count > 0) scene.notes.tell(level, what, {}, count);
+  const auto report = [&scene](ReadReport::Level level, std::string_view what, std::size_t count) {
+    if (count > 0) scene.notes.add_counted(level, what, {}, count);
   };
-  tell(ReadReport::Level::Remark, "{} primitives of lines or points left out", model.lines_and_points);
-  tell(ReadReport::Level::Loss, "{} meshes are not in the scene and left out", model.meshes_outside);
-  tell(ReadReport::Level::Guess, "{} nodes are hidden by KHR_node_visibility, and are built", model.hidden);
+  report(ReadReport::Level::Remark, "{} primitives of lines or points left out", model.lines_and_points);
+  report(ReadReport::Level::Loss, "{} meshes are not in the scene and left out", model.meshes_outside);
+  report(ReadReport::Level::Guess, "{} nodes are hidden by KHR_node_visibility, and are built", model.hidden);
   if (model.no_scene)
-    scene.notes.say(ReadReport::Level::Guess, "it has no scene; all its nodes are read as one");
+    scene.notes.add_line(ReadReport::Level::Guess, "it has no scene; all its nodes are read as one");
   if (model.centre)
-    scene.notes.say(ReadReport::Level::Guess,
-                    "its position on the Earth (CESIUM_RTC) is not read: the city is at city.origin");
+    scene.notes.add_line(ReadReport::Level::Guess,
+                         "its position on the Earth (CESIUM_RTC) is not read: the city is at city.origin");
   return scene;
 }
 

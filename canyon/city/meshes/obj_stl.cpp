@@ -52,8 +52,8 @@ class ObjReader {
     }
     note_crossed(crossed, scene.notes);
     if (passed_over_ > 0) {
-      scene.notes.say(ReadReport::Level::Loss, fmt::format("{} lines are of an unsupported kind ({})",
-                                                           passed_over_, first_passed_over_));
+      scene.notes.add_line(ReadReport::Level::Loss, fmt::format("{} lines are of an unsupported kind ({})",
+                                                                passed_over_, first_passed_over_));
     }
     return scene;
   }

@@ -69,7 +69,7 @@ class PlyReader {
     MeshScene scene;
     note_crossed(crossed_, scene.notes);
     if (rest_.find_first_not_of(std::string_view(" \t\r\n\0", 5)) != std::string_view::npos) {
-      scene.notes.say(
+      scene.notes.add_line(
           ReadReport::Level::Loss,
           fmt::format("{} bytes follow the data counted in the header and are left out", rest_.size()));
     }

@@ -212,7 +212,7 @@ class TilesReader {
   void write_notes(const TileSelection& selection) {
     using Level = ReadReport::Level;
     ReadReport& notes = out_.city.notes;
-    const auto remark = [&notes](const std::string& line) { notes.say(Level::Remark, line); };
+    const auto remark = [&notes](const std::string& line) { notes.add_line(Level::Remark, line); };
     remark(fmt::format("3D Tiles {}: {} of {}{}, {} triangles; geometric errors to {:g} m (error_m {:g})",
                        selection.version, counted(out_.tiles, "tile"), counted(selection.tilesets, "tileset"),
                        selection.subtrees > 0 ? " and " + counted(selection.subtrees, "subtree") : "",
@@ -229,9 +229,10 @@ class TilesReader {
     else if (origin_)
       remark("the tileset is not georeferenced: read as east, north, up in metres about the origin");
     else
-      notes.say(Level::Guess, "the tileset is not georeferenced; give city.origin, the position of its zero");
-    notes.say(Level::Remark, mesh_.notes());
-    notes.say(Level::Remark, skin_notes_);
+      notes.add_line(Level::Guess,
+                     "the tileset is not georeferenced; give city.origin, the position of its zero");
+    notes.add_line(Level::Remark, mesh_.notes());
+    notes.add_line(Level::Remark, skin_notes_);
     for (const auto& [kind, count] : left_out_)
       remark(fmt::format("{} with {}, which {} no surface to read, left out", counted(count, "tile"), kind,
                          "have"));
@@ -242,9 +243,9 @@ class TilesReader {
       remark(fmt::format("copyright: {} more", copyrights_.size() - kNamedGaps));
     out_.gaps = gaps_.size();
     if (gaps_.empty()) return;
-    notes.say(Level::Loss,
-              fmt::format("{} could not be read; the city has gaps there", counted(gaps_.size(), "tile")));
-    for (const std::string& gap : gaps_) notes.say(Level::Loss, "gap: " + gap);
+    notes.add_line(Level::Loss, fmt::format("{} could not be read; the city has gaps there",
+                                            counted(gaps_.size(), "tile")));
+    for (const std::string& gap : gaps_) notes.add_line(Level::Loss, "gap: " + gap);
   }
 
   TileOptions options_;

@@ -429,10 +429,10 @@ TileSelection select_tiles(TileSource& source, const TileArea& area, const TileO
 }
 
 std::string gap_line(const std::string& address, const std::exception& error) {
-  std::string said = error.what();
+  std::string logged = error.what();
   if (const auto* input = dynamic_cast<const InputError*>(&error))
-    said = input->problem() + (input->cure().empty() ? "" : "; " + input->cure());
-  return fmt::format("{}: {}", public_address(address), said);
+    logged = input->problem() + (input->cure().empty() ? "" : "; " + input->cure());
+  return fmt::format("{}: {}", public_address(address), logged);
 }
 
 }  // namespace canyon::tiles

@@ -93,16 +93,16 @@ std::vector<std::string> differences(const std::string& name, const simulation::
         std::find_if(lines.begin(), lines.end(), [&](const Line& line) { return line.key == key; });
     return at == lines.end() ? "(none)" : at->value;
   };
-  std::vector<std::string> said;
-  const auto say = [&](const std::string& key, const std::string& from, const std::string& to) {
-    if (from != to) said.push_back(fmt::format("set {}: {}: {} -> {}", name, key, from, to));
+  std::vector<std::string> logged;
+  const auto log = [&](const std::string& key, const std::string& from, const std::string& to) {
+    if (from != to) logged.push_back(fmt::format("set {}: {}: {} -> {}", name, key, from, to));
   };
-  for (const Line& line : new_lines) say(line.key, value_in(old_lines, line.key), line.value);
+  for (const Line& line : new_lines) log(line.key, value_in(old_lines, line.key), line.value);
   for (const Line& line : old_lines) {
     const std::string now = value_in(new_lines, line.key);
-    if (now == "(none)") say(line.key, line.value, now);
+    if (now == "(none)") log(line.key, line.value, now);
   }
-  return said;
+  return logged;
 }
 
 std::string set(const OptionsRequest& request, const Receivers& receivers) {
@@ -112,7 +112,7 @@ std::string set(const OptionsRequest& request, const Receivers& receivers) {
     bool rate_alone;
   };
   std::vector<Change> changes;
-  std::vector<std::string> said;
+  std::vector<std::string> logged;
   for (const AdjustableReceiver& each : receivers) {
     const simulation::LiveConfig& now = each.receiver->config();
     simulation::LiveConfig config = simulation::changed_live_config(now, request.text, request.source);
@@ -123,7 +123,7 @@ std::string set(const OptionsRequest& request, const Receivers& receivers) {
     each.receiver->check(config);
     const std::vector<std::string> lines = differences(each.name, now, config);
     if (lines.empty()) continue;
-    said.insert(said.end(), lines.begin(), lines.end());
+    logged.insert(logged.end(), lines.begin(), lines.end());
     simulation::LiveConfig at_old_rate = config;
     at_old_rate.rate_hz = now.rate_hz;
     const bool rate_alone = config.rate_hz && differences(each.name, now, at_old_rate).empty();
@@ -137,7 +137,7 @@ std::string set(const OptionsRequest& request, const Receivers& receivers) {
       change.of->receiver->set_config(std::move(change.config));
     if (change.of->changed) change.of->changed();
   }
-  return fmt::format("{}", fmt::join(said, "\n"));
+  return fmt::format("{}", fmt::join(logged, "\n"));
 }
 
 std::string faults(const Receivers& receivers) {
@@ -279,9 +279,9 @@ void OptionsDesk::close() {
 ServiceReply FaultAnswerer::call(OptionsRequest::Kind kind, const std::string& text) const {
   if (!changes && kind != OptionsRequest::Kind::Faults)
     return {false, fmt::format("{}services may not change this simulation; {}", kRefused, allow_by)};
-  std::string said = answer({kind, {}, text});
-  const bool done = !said.starts_with(kRefused);
-  return {done, std::move(said)};
+  std::string logged = answer({kind, {}, text});
+  const bool done = !logged.starts_with(kRefused);
+  return {done, std::move(logged)};
 }
 
 namespace {

@@ -97,15 +97,15 @@ std::string stream_of_model(const std::string& setting, const std::string& strea
 }
 
 void SkyWarnings::take(simulation::LiveReceiver& receiver,
-                       const std::function<void(const std::string& line, bool of_sky)>& say) {
+                       const std::function<void(const std::string& line, bool of_sky)>& log) {
   const std::vector<std::string> of_sky = receiver.sky().report.warnings();
   for (const std::string& line : receiver.take_warnings()) {
     const bool shared = std::find(of_sky.begin(), of_sky.end(), line) != of_sky.end();
     if (shared) {
       const std::lock_guard lock(mutex_);
-      if (!said_.insert(line).second) continue;
+      if (!logged_.insert(line).second) continue;
     }
-    say(line, shared);
+    log(line, shared);
   }
 }
 

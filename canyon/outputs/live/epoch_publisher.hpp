@@ -80,15 +80,15 @@ class SkyWarnings {
  public:
   /// Logs a receiver's warnings. @param say gets each line that no receiver has logged of its sky before
   void take(simulation::LiveReceiver& receiver,
-            const std::function<void(const std::string& line, bool of_sky)>& say);
+            const std::function<void(const std::string& line, bool of_sky)>& log);
 
  private:
   std::mutex mutex_;
-  std::set<std::string> said_;
+  std::set<std::string> logged_;
 };
 
 /// Writes a line to a host's console.
 enum class Tone { Warning, Error };
-using Say = std::function<void(Tone tone, const std::string& line)>;
+using LogFunction = std::function<void(Tone tone, const std::string& line)>;
 
 }  // namespace canyon::live

@@ -50,10 +50,10 @@ HostedReceiver::HostedReceiver(HostSetup setup)
       start_(options_.live.start.value_or(setup.start)),
       city_(std::move(setup.city)),
       name_(std::move(setup.name)),
-      say_(std::move(setup.say)),
+      log_(std::move(setup.log)),
       sky_warnings_(setup.sky_warnings ? std::move(setup.sky_warnings) : std::make_shared<SkyWarnings>()) {
   InputFiles::begin_run();
-  for (const std::string& line : setup.warnings) say(Tone::Warning, line);
+  for (const std::string& line : setup.warnings) log(Tone::Warning, line);
   try {
     start_receiver();
     std::vector<output::ReceiverDescription> descriptions;
@@ -79,7 +79,7 @@ void HostedReceiver::start_receiver() {
   if (config.base() != nullptr) config.receivers[1].options.corrections = {};  // it uses none here
   run_.emplace(std::move(config), city_ ? city_ : open_field(frame_), start_);
   if (tracer_) receiver().set_tracer(tracer_);
-  say_warnings();
+  log_warnings();
   make_rtcm();
   begin_sensors();
 }
@@ -89,18 +89,18 @@ void HostedReceiver::begin_sensors() {
   if (make_sensors_) sensors_.emplace(make_sensors_());
 }
 
-void HostedReceiver::say_warnings() {
+void HostedReceiver::log_warnings() {
   for (std::size_t r = 0; r < run_->size(); ++r) {
     sky_warnings_->take((*run_)[r], [&](const std::string& line, bool of_sky) {
-      say(Tone::Warning, r == 0 ? line : fmt::format("{}: {}", options_.live.base()->options.name, line),
+      log(Tone::Warning, r == 0 ? line : fmt::format("{}: {}", options_.live.base()->options.name, line),
           of_sky);
     });
   }
 }
 
-void HostedReceiver::say(Tone tone, const std::string& line, bool of_all) {
-  if (!said_.insert(line).second) return;
-  say_(tone, hide_passwords(of_all || name_.empty() ? line : fmt::format("{}: {}", name_, line)));
+void HostedReceiver::log(Tone tone, const std::string& line, bool of_all) {
+  if (!logged_.insert(line).second) return;
+  log_(tone, hide_passwords(of_all || name_.empty() ? line : fmt::format("{}: {}", name_, line)));
 }
 
 void HostedReceiver::add(std::unique_ptr<EpochPublisher> publisher, std::string failure) {
@@ -112,10 +112,10 @@ void HostedReceiver::publish(const std::function<void(EpochPublisher&)>& work) {
     if (!publisher) continue;
     try {
       work(*publisher);
-      for (const std::string& note : publisher->take_notes()) say(Tone::Warning, note);
+      for (const std::string& note : publisher->take_notes()) log(Tone::Warning, note);
     } catch (const std::exception& e) {
       if (failure.empty()) throw;
-      say(Tone::Warning, fmt::format("{}: {}", failure, e.what()));
+      log(Tone::Warning, fmt::format("{}: {}", failure, e.what()));
       publisher.reset();
     }
   }
@@ -226,7 +226,7 @@ void HostedReceiver::begin(std::int64_t now_ns, const Truth& truth) {
   } catch (const std::exception& e) {
     motion_.reset();
     report_.reason = e.what();
-    say(Tone::Error, report_.reason);
+    log(Tone::Error, report_.reason);
   }
 }
 
@@ -238,18 +238,18 @@ void HostedReceiver::finish() {
     if (motion_) compute(*motion_);
   } catch (const std::exception& e) {
     report_.reason = e.what();
-    say(Tone::Error, report_.reason);
+    log(Tone::Error, report_.reason);
   }
   report_.compute_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (!steps_.empty()) {
     report_.step = &steps_.back();  // the base comes first
     if (steps_.size() > 1) report_.base = &steps_.front();
-    say_warnings();
+    log_warnings();
   } else {
     report_.scan_ranges_m.clear();
   }
   if (rtcm_)
-    for (const std::string& line : rtcm_->take_warnings()) say(Tone::Warning, line);
+    for (const std::string& line : rtcm_->take_warnings()) log(Tone::Warning, line);
   publish([this](EpochPublisher& publisher) { publisher.publish(report_); });
 }
 
@@ -297,7 +297,7 @@ void HostedReceiver::follow_scene() {
     generation_ = scene_->generation();
     has_scene_ = true;
   }
-  for (const std::string& line : scene_->take_notes()) say(Tone::Warning, line);
+  for (const std::string& line : scene_->take_notes()) log(Tone::Warning, line);
 }
 
 // Direct and mirror ray of each satellite through the engine's scene.
@@ -405,7 +405,7 @@ void HostBases::find_base(std::size_t number) {
     if (!base && m != number && names.back() == from) base = m;
   }
   if (!base) {
-    return rover.say(Tone::Warning,
+    return rover.log(Tone::Warning,
                      fmt::format("it uses corrections of receiver '{}', which is not in this world yet; "
                                  "receivers: {}; give one <name>{}</name>",
                                  from, fmt::join(names, ", "), from));
@@ -414,7 +414,7 @@ void HostBases::find_base(std::size_t number) {
   const simulation::LiveConfig& own = rover.receiver().config();
   const simulation::LiveConfig& others = station.receiver().config();
   if (own.seed != others.seed || rover.receiver().start() != station.receiver().start()) {
-    rover.say(Tone::Warning,
+    rover.log(Tone::Warning,
               fmt::format("its base '{}' has another seed or start: errors of the sky do not cancel; give "
                           "both the same <seed> and <start>",
                           from));
@@ -427,7 +427,7 @@ void HostBases::find_base(std::size_t number) {
     simulation::check_corrections(both, 0);
     links_.connect(number, *base, both[1].fixed.has_value(), both[0].options, own.seed);
   } catch (const InputError& e) {
-    rover.say(Tone::Error, e.what());
+    rover.log(Tone::Error, e.what());
   }
 }
 

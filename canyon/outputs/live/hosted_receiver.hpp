@@ -56,7 +56,7 @@ struct HostSetup {
   std::string model = {};                  ///< for stream_of_model()
   LinkOpener open_link = {};               ///< for streams with the host's own kinds of address
   std::vector<std::string> warnings = {};  ///< logged at once
-  Say say;
+  LogFunction log;
   /// Shared by all receivers of the world; null: of this receiver alone.
   std::shared_ptr<SkyWarnings> sky_warnings = {};
   std::shared_ptr<simulation::CityScene> city = {};  ///< null: an open field, until set_scene()
@@ -142,12 +142,12 @@ class HostedReceiver {
   /// Resets the receiver to its state after construction.
   void reset();
   /// Logs each once, without passwords. @param of_all not of this receiver alone: logged without its name
-  void say(Tone tone, const std::string& line, bool of_all = false);
+  void log(Tone tone, const std::string& line, bool of_all = false);
 
  private:
   void start_receiver();
   void make_rtcm();
-  void say_warnings();
+  void log_warnings();
   /// Calls each publisher, then logs its notes; removes those that fail.
   void publish(const std::function<void(EpochPublisher&)>& work);
   void begin_anew();
@@ -181,8 +181,8 @@ class HostedReceiver {
   std::optional<RtcmInput> rtcm_;
   std::vector<simulation::LiveReceiver::Step> steps_;  // of the last epoch
   std::string name_;
-  Say say_;
-  std::set<std::string> said_;
+  LogFunction log_;
+  std::set<std::string> logged_;
   std::vector<std::pair<std::unique_ptr<EpochPublisher>, std::string>> publishers_;
   std::shared_ptr<SkyWarnings> sky_warnings_;
   std::int64_t last_ns_ = 0;

@@ -195,7 +195,7 @@ class JsonPoses final : public PoseDecoder {
   template <typename Why>
   void leave_out(const std::string& part, const Why& why) {
     constexpr std::size_t kMost = 16;
-    if (told_.size() == kMost || !told_.insert(part).second) return;
+    if (reported_.size() == kMost || !reported_.insert(part).second) return;
     unused_ += fmt::format("{}'{}' is not used{}", unused_.empty() ? "" : "; ", part, why());
   }
 
@@ -217,7 +217,7 @@ class JsonPoses final : public PoseDecoder {
 
   Axes axes_;
   transport::Readers<transport::LineCutter> lines_;
-  std::set<std::string> told_;  // unused parts
+  std::set<std::string> reported_;  // unused parts
   std::string unused_;
 };
 

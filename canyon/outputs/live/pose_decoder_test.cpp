@@ -440,16 +440,16 @@ TEST(Poses, StampsInAnotherUnitAreTold) {
   const geodesy::LocalFrame frame_of_city(geodesy::Geodetic::from_degrees(22.3, 114.2, 0));
   for (const double unit : {1.0, 1000.0}) {
     PoseSource source(options(PoseFormat::Json), frame_of_city);
-    std::size_t told = 0;
+    std::size_t reported = 0;
     for (int i = 0; i < 60; ++i) {
       const double now_s = 0.1 * i;
       source.receive(
           {0, fmt::format("{{\"time_s\": {}, \"position_m\": [{}, 0, 2]}}\n", 7 + unit * now_s, 5 * now_s)},
           std::llround(now_s * 1e9));
       for (const std::string& note : source.take_notes())
-        told += note.find("timestamps advance 1000 s per second") != std::string::npos ? 1 : 0;
+        reported += note.find("timestamps advance 1000 s per second") != std::string::npos ? 1 : 0;
     }
-    EXPECT_EQ(told, unit == 1 ? 0U : 1U);
+    EXPECT_EQ(reported, unit == 1 ? 0U : 1U);
   }
 }
 

@@ -77,8 +77,8 @@ void PoseSource::count(const PoseReport& report, const simulation::ReportedPose&
   last_stamp_s_ = report.stamp_s;
   const double distance_m = sent.pose.position_m.norm();
   if (distance_m <= kFar_m)
-    said_far_ = false;
-  else if (!std::exchange(said_far_, true))
+    warned_far_ = false;
+  else if (!std::exchange(warned_far_, true))
     far_m_ = distance_m;
 }
 
@@ -88,7 +88,7 @@ void PoseSource::watch_pace(double stamp_s, double now_s) {
   const double passed_s = now_s - pace_from_->second;
   if (passed_s < kAfter_s) return;
   const double pace = (stamp_s - pace_from_->first) / passed_s;
-  if (pace > kFastest && !std::exchange(said_pace_, true)) {
+  if (pace > kFastest && !std::exchange(warned_pace_, true)) {
     pace_note_ = fmt::format(
         "warning: timestamps advance {:.0f} s per second, so the vehicle appears stationary; check that they "
         "are in "

@@ -73,9 +73,9 @@ class PoseSource {
   std::optional<double> first_stamp_s_, last_stamp_s_;
   std::optional<std::pair<double, double>> pace_from_;  // stamp and time from which the pace is measured
   std::string pace_note_;
-  bool said_pace_ = false;
+  bool warned_pace_ = false;
   double far_m_ = 0;  // distance of the first far pose since the vehicle was near
-  bool said_far_ = false;
+  bool warned_far_ = false;
   std::uint64_t count_ = 0, impossible_ = 0, old_ = 0, of_another_clock_ = 0;
 };
 

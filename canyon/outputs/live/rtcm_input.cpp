@@ -101,7 +101,7 @@ bool RtcmInput::is_of_now(const relative::Corrections& epoch, GpsTime now) {
 }
 
 void RtcmInput::warn(const std::string& fault, const std::string& text) {
-  if (said_.insert(fault).second) warnings_.push_back(text);
+  if (logged_.insert(fault).second) warnings_.push_back(text);
 }
 
 std::vector<std::string> RtcmInput::take_warnings() {

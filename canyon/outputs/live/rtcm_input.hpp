@@ -58,7 +58,7 @@ class RtcmInput {
   std::optional<geodesy::GpsTime> held_back_since_;
   std::optional<Station> station_;
   std::optional<Eigen::Vector3d> antenna_position_ecef_;
-  std::set<std::string> said_;
+  std::set<std::string> logged_;
   std::vector<std::string> warnings_;
 };
 

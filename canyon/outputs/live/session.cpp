@@ -87,7 +87,7 @@ struct Vehicle {
   int silent_s = 0;                  ///< seconds without a pose
   /// Poses as smooth motion for sensors, if a receiver or an output needs them.
   std::optional<simulation::SmoothPoses> motion = {};
-  bool said_sparse = false;
+  bool warned_sparse = false;
 
   /// The last instant of poses that an epoch at `at` needs.
   [[nodiscard]] std::int64_t needs_ns(std::int64_t at) const { return motion ? motion->needs_ns(at) : at; }
@@ -650,7 +650,7 @@ struct Session::Impl {
       if (commands) commands->keep(out);
       if (const auto& came = block[i].pose_came)
         figures.latency.add(std::chrono::duration<double>(Clock::now() - *came).count());
-      say_warnings(out.receiver);
+      log_warnings(out.receiver);
     }
   }
 
@@ -689,7 +689,7 @@ struct Session::Impl {
       for (const std::string& line : vehicle.source->take_notes())
         note(fmt::format("poses from {}: {}", vehicle.source->options().from, line));
       if (const auto sparse_s = vehicle.motion ? vehicle.motion->sparse_s() : std::nullopt;
-          sparse_s && !std::exchange(vehicle.said_sparse, true)) {
+          sparse_s && !std::exchange(vehicle.warned_sparse, true)) {
         note(fmt::format(
             "poses from {}: the interval is {:.2f} s, and sensors get straight motion between two poses: set "
             "smoothing_s to the interval, or send more",
@@ -767,10 +767,10 @@ struct Session::Impl {
     if (run_options != nullptr && run_options->note) run_options->note(hide_passwords(text));
   }
   void warn(const std::string& text) const {
-    const auto& say = run_options->warn ? run_options->warn : run_options->note;
-    if (say) say(hide_passwords(text));
+    const auto& log_line = run_options->warn ? run_options->warn : run_options->note;
+    if (log_line) log_line(hide_passwords(text));
   }
-  void say_warnings(std::size_t receiver) {
+  void log_warnings(std::size_t receiver) {
     sky_warnings.take((*receivers)[receiver], [&](const std::string& line, bool of_sky) {
       warn(of_sky ? line : fmt::format("{}: {}", names[receiver], line));
     });
@@ -831,7 +831,7 @@ SessionFigures Session::run(const std::vector<simulation::EpochSink*>& sinks, co
   impl.figures = {};
   impl.begin_sensors();
   impl.begin_clock();
-  for (std::size_t r = 0; r < impl.names.size(); ++r) impl.say_warnings(r);
+  for (std::size_t r = 0; r < impl.names.size(); ++r) impl.log_warnings(r);
   for (const auto& [address, link] : impl.links)
     for (const std::string& line : link->take_notes()) impl.note(fmt::format("{}: {}", address, line));
   std::exception_ptr failure;

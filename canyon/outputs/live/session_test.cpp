@@ -209,7 +209,7 @@ TEST(Session, APauseOfPosesByStampsDoesNotEndTheFixes) {
   std::thread sender([&] {
     const test::LocalConnection poses(port);
     for (int i = 0; i <= 410; ++i)
-      if (i <= 100 || i > 106) poses.say(pose_line(7000 + 0.1 * i, 0.1 * i));
+      if (i <= 100 || i > 106) poses.send_text(pose_line(7000 + 0.1 * i, 0.1 * i));
   });
   (void)session.run({&kept}, {});
   sender.join();
@@ -337,7 +337,7 @@ TEST(Session, SendsStreamsAndTakesCommands) {
     test::LocalConnection reader(nmea), commands(control);
     EXPECT_THAT(reader.read(200), HasSubstr("RMC,"));
     const auto answer = [&](const std::string& line) {
-      commands.say(line + "\n");
+      commands.send_text(line + "\n");
       std::string text;
       while (text.find('\n') == std::string::npos) {
         const std::string more = commands.read_some();
@@ -393,7 +393,7 @@ TEST(Session, UbxRestartsTheReceiver) {
       }
     };
     read_until(50);
-    driver.say(output::ubx::frame(0x0604, Payload().u2(0xFFFF).u1(2).u1(0).bytes()));
+    driver.send_text(output::ubx::frame(0x0604, Payload().u2(0xFFFF).u1(2).u1(0).bytes()));
     read_until(epochs + 650);
   }
   stop = true;
@@ -424,7 +424,7 @@ TEST(Session, CommandsThatChangeNeedToBeSwitchedOn) {
     (void)session.run({}, options);
   });
   test::LocalConnection commands(control);
-  commands.say("{\"command\": \"stop\"}\n");
+  commands.send_text("{\"command\": \"stop\"}\n");
   EXPECT_THAT(commands.read_some(), HasSubstr("live.changes: true"));
   stop = true;
   server.join();
@@ -504,13 +504,13 @@ TEST(Session, SaysThatNoPoseHasComeAndWhyThereIsNoFix) {
     for (const auto& [line, what] : {std::pair("{", "is not JSON"), std::pair("[1]", "is not a JSON object"),
                                      std::pair("{\"comand\": \"status\"}", "has no key 'command'"),
                                      std::pair("{\"command\": 3}", "'command' is not a string")}) {
-      commands.say(std::string(line) + "\n");
+      commands.send_text(std::string(line) + "\n");
       EXPECT_THAT(commands.read_some(), HasSubstr(what)) << line;
     }
     std::string status;
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(5);
     while (status.find("reason") == std::string::npos && std::chrono::steady_clock::now() < deadline) {
-      commands.say("{\"command\": \"status\"}\n");
+      commands.send_text("{\"command\": \"status\"}\n");
       status = commands.read_some();
     }
     EXPECT_THAT(status, HasSubstr("\"reason\":\"no pose: the antenna's position is not known\""));

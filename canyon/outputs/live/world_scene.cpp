@@ -83,7 +83,7 @@ void append_mesh(city::Mesh& mesh, const city::Mesh& part, const Eigen::Isometry
 std::shared_ptr<simulation::CityScene> make_scene(const std::string& name, const geodesy::LocalFrame& frame,
                                                   city::Mesh mesh, std::string facades = {}) {
   city::City city;
-  if (!facades.empty()) city.notes.say(ReadReport::Level::Remark, facades);
+  if (!facades.empty()) city.notes.add_line(ReadReport::Level::Remark, facades);
   city.name = name;
   city.frame = frame;
   city.mesh = std::move(mesh);
@@ -110,7 +110,7 @@ struct WorldScene::Impl {
   bool changed = false;  ///< instances changed since the last commit
 
   std::vector<std::string> notes;
-  std::unordered_set<std::string> said;
+  std::unordered_set<std::string> logged;
 
   Impl(std::unique_ptr<HostWorld> of, Options with) : world(std::move(of)), options(std::move(with)) {
     enu_from_world.linear() = options.frame.enu_from_world();
@@ -118,7 +118,7 @@ struct WorldScene::Impl {
   }
 
   void note(std::string line) {
-    if (said.insert(line).second) notes.push_back(std::move(line));
+    if (logged.insert(line).second) notes.push_back(std::move(line));
   }
 
   void show(std::optional<Id> leave_out) {

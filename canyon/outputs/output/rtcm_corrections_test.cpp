@@ -126,8 +126,8 @@ TEST(RtcmCorrections, GoOutOverAUbxLine) {
       last = came;
   }
   ASSERT_NE(last, nullptr);
-  const geodesy::Geodetic told{geodesy::radians(47.123456789), geodesy::radians(8.5), 400.1234};
-  EXPECT_LT((last->station_ecef - geodesy::ecef_from_geodetic(told)).norm(), 2e-4);
+  const geodesy::Geodetic reported{geodesy::radians(47.123456789), geodesy::radians(8.5), 400.1234};
+  EXPECT_LT((last->station_ecef - geodesy::ecef_from_geodetic(reported)).norm(), 2e-4);
 }
 
 // RTCM among commands on a receiver's UBX line: RXM-RTCM reports each received message
@@ -148,20 +148,21 @@ TEST(RtcmCorrections, ComeOverAUbxLine) {
     settings += std::string{port, 6, '\x91', 0x20, 1};
   (void)device->receive(0, ubx::frame(0x068A, settings));
   (void)device->encode(epoch);
-  std::string said = device->receive(0, bytes.substr(0, 40));
-  said += device->receive(0, bytes.substr(40));
+  std::string logged = device->receive(0, bytes.substr(0, 40));
+  logged += device->receive(0, bytes.substr(40));
   const auto came = device->take_corrections();
   ASSERT_EQ(came.size(), 1U);
   EXPECT_LT((came[0]->station_ecef - *description.station_ecef).norm(), 1e-4);
   EXPECT_TRUE(device->take_corrections().empty());
   std::size_t messages = 0;
   const std::string header{'\xb5', '\x62', '\x02', '\x32', 8, 0};
-  for (std::size_t at = said.find(header); at != std::string::npos; at = said.find(header, at + 1))
+  for (std::size_t at = logged.find(header); at != std::string::npos; at = logged.find(header, at + 1))
     ++messages;
   EXPECT_GE(messages, 3U);  // 1005, 1033 and MSM7 of each system
   const std::string correction{'\xb5', '\x62', '\x02', '\x34', 12, 0};
   std::size_t corrections = 0;
-  for (std::size_t at = said.find(correction); at != std::string::npos; at = said.find(correction, at + 1))
+  for (std::size_t at = logged.find(correction); at != std::string::npos;
+       at = logged.find(correction, at + 1))
     ++corrections;
   EXPECT_EQ(corrections, messages);
   std::string broken = bytes;

@@ -13,8 +13,8 @@ class SbfDevice final : public Encoder {
       : epochs_(receiver.glonass_channels, receiver.begin, Tags::WholeMilliseconds) {}
 
   std::string encode(const simulation::Epoch& epoch) override {
-    told_.emplace(epochs_.next(epoch));
-    now_ms_ = told_->reported_time.nanoseconds() / 1'000'000;
+    described_.emplace(epochs_.next(epoch));
+    now_ms_ = described_->reported_time.nanoseconds() / 1'000'000;
     messages_ = epochs_.received_messages(epoch);
     return blocks(all_);
   }
@@ -41,16 +41,16 @@ class SbfDevice final : public Encoder {
     std::string bytes;
     for (const broadcast::SentMessage& message : messages_)
       if (commands.sends(sbf::message_number(message.id.system)))
-        bytes += sbf::message_block(message, told_->reported_time, told_->glonass_channels);
+        bytes += sbf::message_block(message, described_->reported_time, described_->glonass_channels);
     for (const std::uint16_t number : sbf::epoch_blocks())
-      if (commands.is_due(number, now_ms_)) bytes += sbf::epoch_block(number, *told_);
+      if (commands.is_due(number, now_ms_)) bytes += sbf::epoch_block(number, *described_);
     return bytes;
   }
 
   DeviceEpochs epochs_;
   sbf::SbfCommands all_;
   transport::Readers<sbf::SbfCommands> own_;  ///< of each connection
-  std::optional<DeviceEpoch> told_;           ///< of the epoch of encode(), valid as long as the epoch
+  std::optional<DeviceEpoch> described_;      ///< of the epoch of encode(), valid as long as the epoch
   std::vector<broadcast::SentMessage> messages_;
   std::int64_t now_ms_ = 0;
 };

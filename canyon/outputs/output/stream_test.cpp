@@ -103,7 +103,7 @@ TEST(Stream, TellsAnNtripCasterWhatItSends) {
   const auto stream = open_stream(
       parse_stream("base/rtcm=ntrip-caster://127.0.0.1:" + std::to_string(port) + "/BASE"), 0, description);
   test::LocalConnection client(port);
-  client.say("GET / HTTP/1.0\r\n\r\n");
+  client.send_text("GET / HTTP/1.0\r\n\r\n");
   for (int step = 0; step < 3; ++step) stream->serve();  // it is accepted, gets a response and the end
   EXPECT_THAT(client.read(10'000), HasSubstr("\r\nSTR;BASE;base;RTCM 3.3;;;GPS+Galileo;;;-22.30;114.17;"));
   const auto open = [] { (void)open_stream(parse_stream("rtcm=ntrip://a:secret@127.0.0.1:1/C"), 0, {}); };
@@ -215,8 +215,8 @@ TEST(Stream, AClientSetsWhatItAloneGets) {
   test::LocalConnection quiet(port), talker(port);
   double seconds = 0;
   const auto write = [&] { stream->write(epoch_at(++seconds)); };
-  const auto said = [&](const std::string& text) {
-    talker.say(text);
+  const auto logged = [&](const std::string& text) {
+    talker.send_text(text);
     std::string answer;
     while (!answer.ends_with("COM1>")) {
       stream->serve();
@@ -224,18 +224,18 @@ TEST(Stream, AClientSetsWhatItAloneGets) {
     }
     return answer;
   };
-  (void)said("\n");
+  (void)logged("\n");
   write();
   const std::string whole = quiet.read_some();
   EXPECT_EQ(talker.read_some(), whole);
-  (void)said("S\n\n");
+  (void)logged("S\n\n");
   EXPECT_THAT(link->take_notes(), testing::IsEmpty());
   write();
   EXPECT_EQ(talker.read_some().size(), whole.size()) << "S is no command";
-  (void)said("SSSSSSSSSS\n");
+  (void)logged("SSSSSSSSSS\n");
   EXPECT_THAT(link->take_notes(), testing::ElementsAre("client 2 configured its own output: SSSSSSSSSS"));
   write();
-  (void)said("sso, Stream1, COM1, DOP, OnChange\n");
+  (void)logged("sso, Stream1, COM1, DOP, OnChange\n");
   seconds += 2;
   write();
   EXPECT_THAT(talker.read_some(), HasSubstr("$@")) << "the DOP block alone";

@@ -155,7 +155,7 @@ constexpr SummaryFigure kFigures[]{
 /// A cell of the printed table.
 std::string cell(const SummaryFigure& figure, const RunSummary& summary) {
   const double value = figure.value(summary) * figure.factor;
-  return figure.says_something(summary) && std::isfinite(value)
+  return figure.is_applicable(summary) && std::isfinite(value)
              ? fmt::format("{:.{}f}", value, figure.decimals)
              : std::string("-");
 }

@@ -73,7 +73,7 @@ struct SummaryFigure {
   /// Whether it applies to a run; null: to every run.
   bool (*applies)(const RunSummary& summary) = nullptr;
 
-  [[nodiscard]] bool says_something(const RunSummary& summary) const {
+  [[nodiscard]] bool is_applicable(const RunSummary& summary) const {
     return applies == nullptr || applies(summary);
   }
   [[nodiscard]] bool is_count() const { return decimals == 0; }

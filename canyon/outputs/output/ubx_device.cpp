@@ -39,9 +39,9 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     last_->environment = nullptr;
     last_->options = nullptr;
     last_->sensors = nullptr;
-    told_.emplace(epochs_.next(*last_));
+    described_.emplace(epochs_.next(*last_));
     security_log_.take(
-        {*told_, receiver_.ubx_generation, jamming_monitor(all_.commands.configuration()), nullptr});
+        {*described_, receiver_.ubx_generation, jamming_monitor(all_.commands.configuration()), nullptr});
     messages_ = epochs_.received_messages(epoch);
     sensors_ = receiver_.station_ecef ? nullptr : epoch.sensors;
     samples_.reset();
@@ -127,7 +127,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     const ubx::Configuration& settings = commands.configuration();
     if (settings.value(ubx::kOutputUbx).value_or(0) == 0 || !commands.running()) return {};
     std::string text;
-    const auto tell = [&](const ubx::ReceivedRtcm& received) {
+    const auto report = [&](const ubx::ReceivedRtcm& received) {
       if (settings.rate(kReceivedRtcm) > 0) text += ubx::frame(kReceivedRtcm, ubx::rtcm_payload(received));
       if (settings.rate(kCorrection) > 0) text += ubx::frame(kCorrection, ubx::correction_payload(received));
     };
@@ -135,10 +135,10 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
       const auto had = before.messages.find(type);
       const auto unread = now.messages_unread.find(type);
       for (std::uint64_t k = had == before.messages.end() ? 0 : had->second; k < count; ++k)
-        tell({type, false, unread == now.messages_unread.end(), now.station});
+        report({type, false, unread == now.messages_unread.end(), now.station});
     }
     for (std::uint64_t k = before.checksum_errors; k < now.checksum_errors; ++k)
-      tell({0, true, false, std::nullopt});
+      report({0, true, false, std::nullopt});
     return text;
   }
 
@@ -149,9 +149,9 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     const bool is_there = std::any_of(known.begin(), known.end(), [&](const ubx::MessageInfo& info) {
       return info.id == id && of_epochs(info);
     });
-    if (!told_ || !is_there) return std::nullopt;
+    if (!described_ || !is_there) return std::nullopt;
     return ubx::payload(
-        id, {*told_, receiver_.ubx_generation, jamming_monitor(settings), &security_log_.events()});
+        id, {*described_, receiver_.ubx_generation, jamming_monitor(settings), &security_log_.events()});
   }
 
   /// ESF-MEAS of each sample since the previous epoch, in order of time. Time tags count from the start.
@@ -237,11 +237,11 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     std::vector<int> numbers;
     for (const int number : {1074, 1077, 1084, 1087, 1094, 1097, 1124, 1127})
       if (is_due(number)) numbers.push_back(number);
-    ReceiverDescription told = receiver_;
+    ReceiverDescription reported = receiver_;
     if (const auto position = port.commands.configuration().configured_position_ecef())
-      told.station_ecef = position;
+      reported.station_ecef = position;
     std::string text;
-    for (const broadcast::Bits& message : rtcm::station_messages(told))
+    for (const broadcast::Bits& message : rtcm::station_messages(reported))
       if (is_due(static_cast<int>(message.number(0, 12)))) text += rtcm::frame(message);
     for (const broadcast::Bits& message : port.turns.observations.messages(last_->observed, numbers))
       text += rtcm::frame(message);
@@ -254,7 +254,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   transport::Readers<Port> ports_;  ///< of each connection
   ReceiverDescription receiver_;
   std::optional<simulation::Epoch> last_;
-  std::optional<DeviceEpoch> told_;               ///< of last_ (refers to it)
+  std::optional<DeviceEpoch> described_;          ///< of last_ (refers to it)
   std::array<std::int64_t, 2> wheel_ticks_{};     // of the last sample
   std::array<std::uint32_t, 2> counted_ticks_{};  // in either direction
   ubx::SecurityLog security_log_;

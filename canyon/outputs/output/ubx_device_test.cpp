@@ -395,15 +395,15 @@ TEST(UbxDevice, AcknowledgesRtcm) {
 // RXM-COR of RTCM 3: protocol 1, bit 5 error-free (bit 6 erroneous), bits 7 and 8 as above, the station in
 // bits 9 to 24, bit 25 the type is there, bit 28 in clear.
 TEST(UbxDevice, AcknowledgesCorrections) {
-  const auto said = [](const ubx::ReceivedRtcm& received) {
+  const auto reported = [](const ubx::ReceivedRtcm& received) {
     return Message{0x0234, ubx::correction_payload(received)};
   };
-  const Message used = said({1077, false, true, 7});
+  const Message used = reported({1077, false, true, 7});
   ASSERT_EQ(used.payload.size(), 12U);
   EXPECT_EQ(used.u(0, 1), 1U);
   EXPECT_EQ(used.u(4, 4), 1U | 1U << 5 | 2U << 7 | 7U << 9 | 1U << 25 | 1U << 28);
   EXPECT_EQ(used.u(8, 2), 1077U);
-  EXPECT_EQ(said({0, true, std::nullopt, std::nullopt}).u(4, 4), 1U | 2U << 5 | 0xFFFFU << 9 | 1U << 28);
+  EXPECT_EQ(reported({0, true, std::nullopt, std::nullopt}).u(4, 4), 1U | 2U << 5 | 0xFFFFU << 9 | 1U << 28);
 }
 
 // The last leap second was inserted at the end of 2016-12-31, a Saturday, day 7 of week 1929.

@@ -111,7 +111,7 @@ Json figures_json() {
 Json summary_json(const output::RunSummary& summary) {
   Json json;
   for (const output::SummaryFigure& figure : output::summary_figures()) {
-    if (!figure.says_something(summary)) continue;
+    if (!figure.is_applicable(summary)) continue;
     const double value = figure.value(summary);
     json[figure.name] = figure.is_count() ? Json(static_cast<std::int64_t>(value)) : Json(value);
   }

@@ -100,16 +100,16 @@ struct LiveRelay::Impl {
     std::set<std::string> taken;
     std::vector<std::map<std::string, std::string>> names;
     for (const Host& host : hosts) {
-      const Json& said = &host == &from ? message : host.hello;
+      const Json& logged = &host == &from ? message : host.hello;
       names.emplace_back();
-      if (said.is_null()) continue;
+      if (logged.is_null()) continue;
       if (!merged.begin) {
         merged.begin = &host == &from ? begin : host.begin;
-        merged.interval_s = bounded(said, "interval_s", 1e-4, 86400);
-        all = said;
+        merged.interval_s = bounded(logged, "interval_s", 1e-4, 86400);
+        all = logged;
         all["receivers"] = Json::array();
       }
-      for (const Json& receiver : said.at("receivers")) {
+      for (const Json& receiver : logged.at("receivers")) {
         ReceiverHeader& one = merged.receivers.emplace_back();
         const auto name = receiver.at("name").get<std::string>();
         one.name =

@@ -99,9 +99,9 @@ TEST_F(RunRelayTest, TakesEpochsToPagesWhileTheyAreComputedAndThenTheWholeView) 
   EXPECT_EQ(whole["receivers"][0]["summary"]["epochs"], 3);
   EXPECT_FALSE(whole["chunks"].empty());
   test::Listener late(*server_);
-  const std::vector<Json> told = receive(late);
-  ASSERT_EQ(told.size(), 2U);
-  EXPECT_EQ(told[0]["type"], "hello");
+  const std::vector<Json> reported = receive(late);
+  ASSERT_EQ(reported.size(), 2U);
+  EXPECT_EQ(reported[0]["type"], "hello");
 }
 
 TEST_F(RunRelayTest, SendsNoMoreInstantsThanArePictures) {

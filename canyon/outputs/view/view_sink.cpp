@@ -179,7 +179,7 @@ struct RunRelay::Impl {
   }
 
   /// Sends a message, also as the greeting of later pages.
-  void tell(const std::string& text) const {
+  void send_text(const std::string& text) const {
     server.greet({hello, text});
     server.send(text);
   }
@@ -216,11 +216,11 @@ void RunRelay::write(const simulation::Epoch& epoch) {
 }
 
 void RunRelay::progress(std::size_t done, std::size_t planned) {
-  impl_->tell(output::progress_message(done, planned));
+  impl_->send_text(output::progress_message(done, planned));
 }
 
 void RunRelay::finished() {
-  impl_->tell(output::finished_message());
+  impl_->send_text(output::finished_message());
 }
 
 }  // namespace canyon::view

@@ -231,9 +231,9 @@ class NmeaLog {
       std::size_t damaged = each_sentence(*line, [&](const Sentence& sentence) { take(at, sentence); });
       for (; damaged > 0; --damaged) at.report.drop(at.line, kDamaged);
       if (line->find("\xB5\x62\x02\x15") != std::string_view::npos) {
-        report.say(ReadReport::Level::Remark,
-                   "UBX-RXM-RAWX between the sentences is not read: RTKLIB's convbin -r ubx makes RINEX "
-                   "observations");
+        report.add_line(ReadReport::Level::Remark,
+                        "UBX-RXM-RAWX between the sentences is not read: RTKLIB's convbin -r ubx makes RINEX "
+                        "observations");
       }
     }
     if (zda_) reports.push_back(*zda_);

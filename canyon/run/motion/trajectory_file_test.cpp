@@ -203,7 +203,7 @@ TEST(TrajectoryCsv, SaysWhatIsWrongAndWhere) {
 
 // A record without values is skipped; a damaged one is lost and reported.
 TEST(TrajectoryCsv, OneWrongRecordCostsOneRecord) {
-  for (const auto& [wrong, told] :
+  for (const auto& [wrong, configured] :
        std::initializer_list<std::pair<const char*, bool>>{{"7,,,", true},
                                                            {"7,nan,nan,nan", true},
                                                            {"7,91,11,5", true},
@@ -222,7 +222,7 @@ TEST(TrajectoryCsv, OneWrongRecordCostsOneRecord) {
     EXPECT_NEAR(degrees(file.trajectory.at(kStart + 7).position.latitude_rad), 48.0017, 1e-9);
     EXPECT_THAT(file.report.lines(),
                 ElementsAre(testing::AllOf(HasSubstr("track.txt:9: "), HasSubstr("left out"))));
-    EXPECT_EQ(file.report.warnings().size(), told ? 1U : 0U);
+    EXPECT_EQ(file.report.warnings().size(), configured ? 1U : 0U);
   }
 }
 
@@ -593,7 +593,7 @@ TEST(TrajectoryFile, ValuesThatStandForNoneCostThemselvesAlone) {
       {{48, 11, "547", "2031-05-01T10:00:00Z"}, "time is out of order"},
       {{48, 11, "547", "1999-08-22T00:00:00Z"}, "time is out of order"}};
   for (const Format& format : kFormats) {
-    for (const auto& [none, told] : kNone) {
+    for (const auto& [none, configured] : kNone) {
       for (const int at : {0, 4, 9}) {
         SCOPED_TRACE(
             fmt::format("{} {} {} {} at {}", format.name, none.latitude_deg, none.height, none.time, at));
@@ -606,7 +606,7 @@ TEST(TrajectoryFile, ValuesThatStandForNoneCostThemselvesAlone) {
         }
         const TrajectoryFile file = read(text + format.tail, format.name);
         expect_straight(file, 547);
-        EXPECT_THAT(file.report.warnings(), Contains(HasSubstr(told)));
+        EXPECT_THAT(file.report.warnings(), Contains(HasSubstr(configured)));
       }
     }
     // Most of a log may be from the time before the first fix.

@@ -33,9 +33,9 @@ void drop_mixed(std::vector<KeplerEphemeris>& records, ReadReport& report) {
   std::erase_if(records, [&](const KeplerEphemeris& e) {
     const bool dropped = e.toc != e.toe && whole.count(key(e)) > 0;
     if (dropped)
-      report.tell(ReadReport::Level::Remark,
-                  "{} messages of two issues (toc is not toe) next to one of the same toe, left out",
-                  to_string(e.id));
+      report.add_counted(ReadReport::Level::Remark,
+                         "{} messages of two issues (toc is not toe) next to one of the same toe, left out",
+                         to_string(e.id));
     return dropped;
   });
 }

@@ -83,12 +83,12 @@ TEST(WrongMessages, SayTheSame) {
   error.since = kTime - 600;
   const auto all = [](SatelliteId) { return true; };
   const WrongSky sky(truth(), all, error);
-  const BroadcastSky said(wrong_messages(messages(), all, error));
+  const BroadcastSky reported(wrong_messages(messages(), all, error));
   int compared = 0;
   for (const SatelliteId id : sky.satellites()) {
     const auto wrong = sky.state(id, kTime);
     if (!wrong) continue;
-    const auto message = said.state(id, kTime);
+    const auto message = reported.state(id, kTime);
     ASSERT_TRUE(message) << gnss::to_string(id);
     const double limit_m = id.system == System::GLONASS ? 30 : 5;
     EXPECT_LT((message->position_m - wrong->position_m).norm(), limit_m) << gnss::to_string(id);

@@ -349,7 +349,7 @@ class Reader {
   // --------------------------------------------------------------------------------------------------
 
   void pass_over_record(const std::string& what) {
-    report_.tell(ReadReport::Level::Remark, what + ", left out");
+    report_.add_counted(ReadReport::Level::Remark, what + ", left out");
   }
   void pass_over_navic() {
     ++navic_;
@@ -408,10 +408,10 @@ class Reader {
 };
 
 /// Notes the messages of two issues that are used: no other one has their toe.
-void tell_mixed(gnss::NavigationData& data) {
+void report_mixed(gnss::NavigationData& data) {
   for (const gnss::KeplerEphemeris& e : data.kepler) {
     if (e.toc == e.toe) continue;
-    data.report.tell(
+    data.report.add_counted(
         ReadReport::Level::Guess,
         "{} messages whose clock (toc) and orbit (toe) have different times, as from two issues, "
         "are used: errors can be thousands of kilometres",
@@ -423,7 +423,7 @@ void tell_mixed(gnss::NavigationData& data) {
 
 gnss::NavigationData read_rinex_navigation(TextFile file, const std::set<gnss::System>& wanted) {
   gnss::NavigationData data = Reader(std::move(file), wanted).read();
-  tell_mixed(data);
+  report_mixed(data);
   return data;
 }
 
@@ -441,7 +441,7 @@ gnss::NavigationData read_rinex_navigation(const std::vector<std::filesystem::pa
       return Reader(TextFile(path, std::size_t{1} << 31, CutGzip::ReadToCut), wanted).read();
     }));
   }
-  tell_mixed(all);
+  report_mixed(all);
   return all;
 }
 

@@ -519,10 +519,10 @@ void ObservationOptions::validate() const {
 ReadReport ObservationReport::all() const {
   ReadReport all = notes;
   for (const auto& [letter, codes] : unknown_codes) {
-    all.say(ReadReport::Level::Guess,
-            fmt::format("{} {}{} not known: {}", codes.size(),
-                        letter == ' ' ? "types of observation" : "codes of ",
-                        letter == ' ' ? "" : std::string(1, letter), fmt::join(codes, " ")));
+    all.add_line(ReadReport::Level::Guess,
+                 fmt::format("{} {}{} not known: {}", codes.size(),
+                             letter == ' ' ? "types of observation" : "codes of ",
+                             letter == ' ' ? "" : std::string(1, letter), fmt::join(codes, " ")));
   }
   return all;
 }

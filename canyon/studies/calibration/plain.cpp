@@ -208,7 +208,7 @@ void add_tracked(std::span<const Observed> recorded, std::span<const std::set<gn
     return signal.only_recorded.empty() && of != counts.end() && of->second >= kFewestOfSignal;
   };
   // Names of signals are common to several systems: a name stays if a system that sends it has it recorded.
-  std::vector<std::string> after, said;
+  std::vector<std::string> after, logged;
   for (const gnss::System system : gnss::kAllSystems) {
     const auto tracked = receiver::tracked_signals(receiver.options.tracks, system);
     const auto signals = gnss::signals_of(system);
@@ -225,13 +225,13 @@ void add_tracked(std::span<const Observed> recorded, std::span<const std::set<gn
       }
       const std::string name(signal.name);
       if (now != before)
-        said.push_back(fmt::format("{} {} is {}recorded", gnss::name(system), name, now ? "" : "not "));
+        logged.push_back(fmt::format("{} {} is {}recorded", gnss::name(system), name, now ? "" : "not "));
       if (now && std::find(after.begin(), after.end(), name) == after.end()) after.push_back(name);
     }
   }
-  if (said.empty()) after = receiver.options.tracks;
+  if (logged.empty()) after = receiver.options.tracks;
   result.add(of_lists("tracks", receiver.options.tracks, after,
-                      said.empty() ? "the recorded signals" : fmt::format("{}", fmt::join(said, "; "))));
+                      logged.empty() ? "the recorded signals" : fmt::format("{}", fmt::join(logged, "; "))));
   add_leaves_out(recorded, skies, counts, receiver, result);
 }
 

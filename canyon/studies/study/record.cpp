@@ -132,7 +132,7 @@ ReadReport report_of(const std::vector<std::optional<RunRecord>>& records) {
   for (const std::string& note : notes) {
     const std::string line = note.substr(note.find(' ') + 1);
     if (note.starts_with("loss"))
-      report.say(ReadReport::Level::Loss, line);
+      report.add_line(ReadReport::Level::Loss, line);
     else
       report.guess(0, line, "");  // lines that differ only in numbers are joined
   }

@@ -153,7 +153,7 @@ struct RunStore::Impl {
   fs::path folder, path;
   int file = -1;
   std::size_t bytes = 0;
-  std::set<std::string> told;  // notes in the file
+  std::set<std::string> configured;  // notes in the file
   std::mutex mutex;
 
   // A separate file of this process, created with its first run.
@@ -201,7 +201,7 @@ void RunStore::add(RunRecord record) {
   if (std::any_of(record.receivers.begin(), record.receivers.end(), keeps))
     write_epochs(impl_->folder, record);
   const std::lock_guard<std::mutex> lock(impl_->mutex);
-  std::erase_if(record.notes, [this](const std::string& note) { return impl_->told.count(note) > 0; });
+  std::erase_if(record.notes, [this](const std::string& note) { return impl_->configured.count(note) > 0; });
   const std::string json = to_line(record);
   const std::string line = fmt::format("{:08x} {}\n", crc_of(json), json);
   if (impl_->file < 0) impl_->open();
@@ -213,7 +213,7 @@ void RunStore::add(RunRecord record) {
   }
   if (::fsync(impl_->file) != 0 && errno != EINVAL) impl_->fail(errno);
   impl_->bytes += line.size();
-  impl_->told.insert(record.notes.begin(), record.notes.end());
+  impl_->configured.insert(record.notes.begin(), record.notes.end());
 }
 
 Manifest read_manifest(const fs::path& folder) {

@@ -97,10 +97,10 @@ axes:
     const simulation::Scenario nominal = plan.scenario(plan.run(i)), roof = plan.scenario(plan.run(i + 1));
     EXPECT_EQ(nominal.seed, roof.seed);
     const auto& signal = nominal.receivers[0].options.signal;
-    const auto& said = roof.receivers[0].options.signal;
-    EXPECT_EQ(signal.shadowing.skyline.share, said.shadowing.skyline.share);
+    const auto& reported = roof.receivers[0].options.signal;
+    EXPECT_EQ(signal.shadowing.skyline.share, reported.shadowing.skyline.share);
     EXPECT_EQ(nominal.city.facades.shares, roof.city.facades.shares);
-    EXPECT_NE(signal.link.above_minimum_db, said.link.above_minimum_db);
+    EXPECT_NE(signal.link.above_minimum_db, reported.link.above_minimum_db);
     levels.insert(signal.link.above_minimum_db);
     skylines.insert(signal.shadowing.skyline.share.value());
   }

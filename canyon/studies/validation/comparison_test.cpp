@@ -425,14 +425,14 @@ TEST(Recording, SaysThatTheTruthIsElsewhere) {
       return fields[0] + "," + fields[1] + "," + fields[2] + "," + fields[3];
     };
   };
-  const auto said = [](const std::string& what) { return testing::Contains(HasSubstr(what)); };
+  const auto logged = [](const std::string& what) { return testing::Contains(HasSubstr(what)); };
   EXPECT_THAT(warnings([](const std::string& line) { return line; }),
-              testing::Not(said("the pseudoranges put the antenna")));
-  EXPECT_THAT(warnings(added(1, 0.002)), said("-22"));
-  EXPECT_THAT(warnings(added(1, 0.002)), said("m north and"));
-  EXPECT_THAT(warnings(added(3, 1000)), said("m north and -99"));
+              testing::Not(logged("the pseudoranges put the antenna")));
+  EXPECT_THAT(warnings(added(1, 0.002)), logged("-22"));
+  EXPECT_THAT(warnings(added(1, 0.002)), logged("m north and"));
+  EXPECT_THAT(warnings(added(3, 1000)), logged("m north and -99"));
   EXPECT_THAT(warnings([](std::string line) { return line.replace(line.find(" GPST"), 5, "Z"); }),
-              AllOf(said("where the truth is 1"), said("s later")));
+              AllOf(logged("where the truth is 1"), logged("s later")));
 }
 
 TEST(Recording, SaysWhatIsWrong) {

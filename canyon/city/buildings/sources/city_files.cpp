@@ -54,17 +54,17 @@ bool reaches_box(const GmlEnvelope& envelope, CityModel& model) {
 /// The handedness() of most of a file's first objects.
 int handedness_of(const std::filesystem::path& file, const OpenBytes& open) {
   constexpr int kObjects = 100;
-  int asked = 0, told = 0, sum = 0;
+  int asked = 0, reported = 0, sum = 0;
   GmlSink sink;
   sink.envelope = [](const GmlEnvelope&) { return true; };
   sink.member = [&](const GmlElement& object) {
     const int hand = handedness(object);
-    told += std::abs(hand);
+    reported += std::abs(hand);
     sum += hand;
     return ++asked < kObjects;
   };
   read_gml(file, open(), sink);
-  return 2 * std::abs(sum) > told ? (sum > 0 ? 1 : -1) : 0;
+  return 2 * std::abs(sum) > reported ? (sum > 0 ? 1 : -1) : 0;
 }
 
 /// Copies the elements with those ids into the library.
@@ -240,7 +240,7 @@ class CityFiles {
         if (!many) throw;
         model_.drop_file();
         if (!first) first = e;
-        model_.say(ReadReport::Level::Loss, fmt::format("tile left out: {}", e.what()));
+        model_.add_line(ReadReport::Level::Loss, fmt::format("tile left out: {}", e.what()));
       }
     }
     if (good == 0 && first) throw InputError(*first);
@@ -248,10 +248,10 @@ class CityFiles {
 
   MapData finish(const std::filesystem::path& name) {
     if (skipped_ > 0)
-      model_.say(ReadReport::Level::Remark,
-                 fmt::format("tiles       {} outside the box, not read", skipped_));
+      model_.add_line(ReadReport::Level::Remark,
+                      fmt::format("tiles       {} outside the box, not read", skipped_));
     if (foreign_ > 0)
-      model_.say(ReadReport::Level::Remark, fmt::format("tiles       {} other files ignored", foreign_));
+      model_.add_line(ReadReport::Level::Remark, fmt::format("tiles       {} other files ignored", foreign_));
     return model_.finish(name);
   }
 

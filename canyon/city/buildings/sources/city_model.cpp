@@ -222,9 +222,10 @@ std::size_t CityModel::system(const std::string& ogc_name, bool east_first, int 
       throw InputError(fmt::format("crs '{}' is not an EPSG reference system", options_.model.crs),
                        "give its code, e.g. EPSG:25832, or EPSG:25832+7837 with heights");
     }
-    say(Level::Remark, ogc_name.empty() ? fmt::format("reference system from crs, {}", name)
-                                        : fmt::format("reference system \"{}\" is unknown; using {} from crs",
-                                                      ogc_name, name));
+    add_line(Level::Remark,
+             ogc_name.empty()
+                 ? fmt::format("reference system from crs, {}", name)
+                 : fmt::format("reference system \"{}\" is unknown; using {} from crs", ogc_name, name));
   }
   if (name.empty()) {
     throw InputError(file_, line,
@@ -262,15 +263,16 @@ Eigen::Vector3d CityModel::east_first(std::size_t index, const Eigen::Vector3d& 
     if (!likely && !other) return by_authority ? Eigen::Vector3d(point.y(), point.x(), point.z()) : point;
     // Many files put east first, independent of the authority's order.
     const bool unsure = likely && other && by_authority;
-    const int told = unsure && handedness_ ? handedness_() : 0;
-    system.swap = told != 0 ? told < 0 : likely ? by_authority : !by_authority;
+    const int reported = unsure && handedness_ ? handedness_() : 0;
+    system.swap = reported != 0 ? reported < 0 : likely ? by_authority : !by_authority;
     if (*system.swap != by_authority) {
-      say(unsure ? Level::Guess : Level::Remark,
-          fmt::format("coordinates have {} first, against the axis order of {}, and are read so{}",
-                      by_authority ? "east or longitude" : "north or latitude", system.name,
-                      told != 0 ? ", because roofs face up only in this order" : ""));
-    } else if (unsure && told == 0) {
-      say(Level::Guess,
+      add_line(unsure ? Level::Guess : Level::Remark,
+               fmt::format("coordinates have {} first, against the axis order of {}, and are read so{}",
+                           by_authority ? "east or longitude" : "north or latitude", system.name,
+                           reported != 0 ? ", because roofs face up only in this order" : ""));
+    } else if (unsure && reported == 0) {
+      add_line(
+          Level::Guess,
           fmt::format(
               "coordinates are read with north or latitude first, the axis order of {}; the other order is "
               "also possible",
@@ -335,7 +337,7 @@ void CityModel::keep(MapFeature feature, const CityObject& object) {
   if (!fresh && first->second == key)
     return leave_out("objects that the file has twice, with the same id at the same position", 1,
                      Level::Remark);
-  if (!fresh) say(Level::Remark, "objects at different positions have the same id: all are built");
+  if (!fresh) add_line(Level::Remark, "objects at different positions have the same id: all are built");
   ++tally_.kinds[object.lod < 0 ? object.type : fmt::format("{} LoD {:g}", object.type, object.lod)];
   data_.features.push_back(std::move(feature));
   lods_.push_back(object.lod);
@@ -491,7 +493,7 @@ void CityModel::finish_file() {
     const bool replaced = parts != lod_of_parts.end() && features[i].kind != FeatureKind::Part &&
                           std::floor(lods_[i]) < std::floor(parts->second);
     if (replaced) {
-      say(Level::Remark, "a building is replaced by its parts, which have more detail");
+      add_line(Level::Remark, "a building is replaced by its parts, which have more detail");
       continue;
     }
     if (kept != i) {
@@ -511,7 +513,7 @@ void CityModel::finish_file() {
 }
 
 void CityModel::describe(MapData& data) const {
-  const auto remark = [&](const std::string& line) { data.notes.say(Level::Remark, line); };
+  const auto remark = [&](const std::string& line) { data.notes.add_line(Level::Remark, line); };
   std::vector<std::string> kinds;
   kinds.reserve(tally_.kinds.size());
   for (const auto& [kind, count] : tally_.kinds) kinds.push_back(fmt::format("{} {}", count, kind));
@@ -558,7 +560,7 @@ MapData CityModel::finish(const std::filesystem::path& name) {
     if (!data_.geoid_undulation_m && system.reference.geoid().above_sea_level())
       data_.geoid_undulation_m = system.reference.geoid().undulation_m(middle);
     if (system.reference.in_area_of_use(middle)) continue;
-    data_.notes.say(
+    data_.notes.add_line(
         Level::Guess,
         fmt::format(
             "{}: is at longitude {:.4f}, latitude {:.4f}, outside the area for which its reference system "

@@ -92,10 +92,10 @@ class CityModel {
 
   using Level = ReadReport::Level;
   void leave_out(const std::string& what, std::size_t count = 1, Level level = Level::Loss) {
-    tally_.notes.tell(level, "left out {} " + what, {}, count);
+    tally_.notes.add_counted(level, "left out {} " + what, {}, count);
   }
   /// One line of a kind; repetitions are counted.
-  void say(Level level, const std::string& line) { tally_.notes.tell(level, line); }
+  void add_line(Level level, const std::string& line) { tally_.notes.add_counted(level, line); }
   void add(CityObject object);
   /// Whether a city has objects of that type.
   [[nodiscard]] static bool builds(std::string_view type);

@@ -66,7 +66,7 @@ class CityJsonReader {
       fail(fmt::format("not valid CityJSON ({})", e.what()));
     }
     notes_.require_most(good_);
-    for (const std::string& line : notes_.lines()) model_.say(ReadReport::Level::Loss, line);
+    for (const std::string& line : notes_.lines()) model_.add_line(ReadReport::Level::Loss, line);
   }
 
  private:

@@ -167,8 +167,8 @@ class ThreadOption {
     throw InputError(file, 0, "PROJ cannot transform " + route,
                      "convert it to another reference system first, rasters with gdalwarp -t_srs EPSG:4326");
   }
-  notes.say(ReadReport::Level::Guess, file.filename().string() + ": PROJ has no exact operation " + route +
-                                          "; the datums are treated as equal");
+  notes.add_line(ReadReport::Level::Guess, file.filename().string() + ": PROJ has no exact operation " +
+                                               route + "; the datums are treated as equal");
   return guess;
 }
 

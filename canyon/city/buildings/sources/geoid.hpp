@@ -47,9 +47,9 @@ class Geoid {
   [[nodiscard]] bool above_sea_level() const { return above_sea_level_; }
   /// Notes which geoid was added and why (a remark), or that heights are read as ellipsoidal, because their
   /// datum is not named or its geoid not available (a guess); and which unit is assumed if none is given.
-  void say(ReadReport& notes) const {
-    notes.say(guessed_ ? ReadReport::Level::Guess : ReadReport::Level::Remark, note_);
-    if (!unit_note_.empty()) notes.say(ReadReport::Level::Guess, unit_note_);
+  void add_line(ReadReport& notes) const {
+    notes.add_line(guessed_ ? ReadReport::Level::Guess : ReadReport::Level::Remark, note_);
+    if (!unit_note_.empty()) notes.add_line(ReadReport::Level::Guess, unit_note_);
   }
   /// Metres in one unit of the file's heights: as given, else the vertical system's, else the projected
   /// one's; 1 without these.

@@ -496,7 +496,7 @@ class GmlObjectReader {
     }
     if (off_earth > 0) {
       model_.leave_out(kElsewhere, off_earth);
-      model_.say(
+      model_.add_line(
           ReadReport::Level::Loss,
           fmt::format("object \"{}\" has coordinates outside the area of its reference system", object.id));
     }
@@ -558,8 +558,8 @@ int handedness(const GmlElement& object) {
     }
   }
   // Ground faces have the wrong orientation most often.
-  const double told = roofs != 0 ? roofs : volume != 0 ? volume : -grounds;
-  return told > 0 ? 1 : told < 0 ? -1 : 0;
+  const double reported = roofs != 0 ? roofs : volume != 0 ? volume : -grounds;
+  return reported > 0 ? 1 : reported < 0 ? -1 : 0;
 }
 
 }  // namespace canyon::buildings

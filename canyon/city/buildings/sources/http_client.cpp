@@ -196,20 +196,21 @@ struct Request {
       throw InputError(fmt::format("{} redirects {}, which is not followed", host, incoming.refused),
                        "if you trust it, give the redirected address");
     }
-    const std::string said = detail[0] != '\0' ? detail.data() : curl_easy_strerror(code);
+    const std::string logged = detail[0] != '\0' ? detail.data() : curl_easy_strerror(code);
     switch (code) {
       case CURLE_COULDNT_RESOLVE_HOST:
       case CURLE_COULDNT_RESOLVE_PROXY:
       case CURLE_COULDNT_CONNECT:
-        throw InputError(fmt::format("cannot reach {}: {}", host, said), "check the network, or give a file");
+        throw InputError(fmt::format("cannot reach {}: {}", host, logged),
+                         "check the network, or give a file");
       case CURLE_OPERATION_TIMEDOUT:
-        throw InputError(fmt::format("{} did not respond within {} s: {}", host, timeout_s, said),
+        throw InputError(fmt::format("{} did not respond within {} s: {}", host, timeout_s, logged),
                          "try again later, request a smaller box, or give a file");
       case CURLE_PARTIAL_FILE:
       case CURLE_RECV_ERROR:
       case CURLE_GOT_NOTHING:
       case CURLE_HTTP2_STREAM:
-        throw InputError(fmt::format("the response of {} ended early: {}", host, said), "try again");
+        throw InputError(fmt::format("the response of {} ended early: {}", host, logged), "try again");
       default:
         break;
     }
@@ -217,7 +218,7 @@ struct Request {
       throw InputError(fmt::format("the response of {} is larger than {} bytes", host, incoming.largest),
                        "request a smaller box, or give a file");
     }
-    throw InputError(fmt::format("the request to {} failed: {}", host, said),
+    throw InputError(fmt::format("the request to {} failed: {}", host, logged),
                      "check the address and the network, or give a file");
   }
 };

@@ -89,8 +89,8 @@ class ObjectReader {
   }
 
  private:
-  void tell(ReadReport::Level level, const char* what, const osmium::OSMObject& object) {
-    objects_.notes.tell(level, what, osm_name(osmium::item_type_to_name(object.type()), object.id()));
+  void add_counted(ReadReport::Level level, const char* what, const osmium::OSMObject& object) {
+    objects_.notes.add_counted(level, what, osm_name(osmium::item_type_to_name(object.type()), object.id()));
   }
 
   /// The relevant tags of an object.
@@ -123,7 +123,7 @@ class ObjectReader {
     if (!multipolygon && std::string_view(type) != "building") return;
     TagMap tags = tags_of(relation);
     OsmClass kind = classify(tags, options_.foliage);
-    if (multipolygon && !kind.kind && !says_nothing(tags)) return;
+    if (multipolygon && !kind.kind && !is_uninformative(tags)) return;
     OsmRelation* position = slot_for(objects_.relations, relation.id(), relation.version());
     if (position == nullptr) return;
     position->tags = std::move(tags);
@@ -226,8 +226,8 @@ class ObjectReader {
       ++objects_.foliage_left_out;
     if ((!wanted && !tagged) || node.location().is_undefined()) return;
     if (!node.location().valid())
-      return tell(ReadReport::Level::Loss,
-                  "{} nodes beyond the poles or the antimeridian (longitude 180 deg), left out", node);
+      return add_counted(ReadReport::Level::Loss,
+                         "{} nodes beyond the poles or the antimeridian (longitude 180 deg), left out", node);
     if (wanted) {
       const auto at = static_cast<std::size_t>(found - wanted_.begin());
       if (locations_[at].is_undefined() || node.version() > versions_[at]) {
@@ -245,7 +245,7 @@ class ObjectReader {
       position->tags = std::move(tags);
       position->position = position_of(node.location());
     } else if (*kind.kind == FeatureKind::Building && kind.left_out.empty()) {
-      tell(ReadReport::Level::Remark, "{} points tagged building, left out: no outline", node);
+      add_counted(ReadReport::Level::Remark, "{} points tagged building, left out: no outline", node);
     }
   }
 
@@ -376,24 +376,24 @@ bool underground(const TagMap& tags) {
 /// A road or railway under a roof or on a bridge. Passages through buildings are part of the buildings.
 bool is_passage(const TagMap& tags) {
   if (tag(tags, "highway").empty() && tag(tags, "railway").empty()) return false;
-  const auto says = [&](const char* key) {
+  const auto has_tag = [&](const char* key) {
     const std::string_view value = tag(tags, key);
     return !value.empty() && !is_no(value) && value != "building_passage";
   };
-  return says("tunnel") || says("covered") || says("bridge");
+  return has_tag("tunnel") || has_tag("covered") || has_tag("bridge");
 }
 
 std::string reason_to_leave_out(const TagMap& tags, std::string_view value) {
-  const auto says = [&](const auto& words, const auto& of_own) {
+  const auto has_tag = [&](const auto& words, const auto& of_own) {
     return std::any_of(words.begin(), words.end(), [&](std::string_view word) {
       return value == word || of_own(tag(tags, std::string(word).c_str()));
     });
   };
-  if (says(kGoneValues,
-           [](std::string_view own) {
-             return !own.empty() && !is_no(own) && has_ended(own).value_or(true);
-           }) ||
-      says(kNotThereValues, [](std::string_view own) { return own == "yes"; }))
+  if (has_tag(kGoneValues,
+              [](std::string_view own) {
+                return !own.empty() && !is_no(own) && has_ended(own).value_or(true);
+              }) ||
+      has_tag(kNotThereValues, [](std::string_view own) { return own == "yes"; }))
     return "demolished or not built";
   const bool unfinished =
       std::find(kUnfinishedValues.begin(), kUnfinishedValues.end(), value) != kUnfinishedValues.end();
@@ -494,7 +494,7 @@ OsmClass classify(const TagMap& tags, bool foliage) {
   return {};
 }
 
-bool says_nothing(const TagMap& tags) {
+bool is_uninformative(const TagMap& tags) {
   static constexpr std::array<std::string_view, 7> kSilent{"type",    "source", "created_by", "note",
                                                            "comment", "fixme",  "FIXME"};
   return std::all_of(tags.begin(), tags.end(), [](const auto& tag) {

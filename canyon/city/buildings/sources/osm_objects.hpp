@@ -32,7 +32,7 @@ inline constexpr const char* kBelow = "with zero storeys above the ground and so
 
 /// True if the tags describe only metadata (type, source, notes): an old-style multipolygon, whose outer ways
 /// have the tags.
-[[nodiscard]] bool says_nothing(const TagMap& tags);
+[[nodiscard]] bool is_uninformative(const TagMap& tags);
 
 /// Ids below zero are of objects that were never uploaded to a server (JOSM), and are valid only in their
 /// file: those of the n-th file (from 0) are lowered by n * kOwnIds.

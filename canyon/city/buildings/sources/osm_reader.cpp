@@ -223,8 +223,8 @@ class FeatureMaker {
     for (Candidate& candidate : all) {
       if (!candidate.left_out.empty()) {
         const bool doubtful = candidate.left_out == kEnded || candidate.left_out == kBelow;
-        notes_.tell(doubtful ? Level::Guess : Level::Remark, "{} left out, " + candidate.left_out,
-                    candidate.feature.id);
+        notes_.add_counted(doubtful ? Level::Guess : Level::Remark, "{} left out, " + candidate.left_out,
+                           candidate.feature.id);
         continue;
       }
       if (candidate.feature.kind == FeatureKind::Passage) {
@@ -235,8 +235,8 @@ class FeatureMaker {
       constexpr double kLargest_deg = 0.2;
       if (candidate.feature.kind == FeatureKind::Building && !bounds.isEmpty() &&
           bounds.sizes().maxCoeff() > kLargest_deg) {
-        notes_.tell(Level::Loss, "{} buildings of more than 20 km, left out: a corner is wrong",
-                    candidate.feature.id);
+        notes_.add_counted(Level::Loss, "{} buildings of more than 20 km, left out: a corner is wrong",
+                           candidate.feature.id);
         continue;
       }
       map.bounds.extend(bounds);
@@ -276,7 +276,7 @@ class FeatureMaker {
         memberships.emplace(member.ref, Membership{id, outline, part});
       }
       if (any && !missing.empty()) {
-        notes_.tell(
+        notes_.add_counted(
             Level::Loss, "{} building relations with members that are not in the map, built from the others",
             fmt::format("{} (without {})", osm_name("relation", id),
                         fmt::join(missing.begin(),
@@ -325,7 +325,8 @@ class FeatureMaker {
       if (forward == objects_.ways.end()) continue;
       members.emplace_back(member.ref, &member);
       // Old style: the outer ways have the tags.
-      if (member.role != "inner" && says_nothing(relation.tags) && !kind.kind && forward->second.kind.kind) {
+      if (member.role != "inner" && is_uninformative(relation.tags) && !kind.kind &&
+          forward->second.kind.kind) {
         kind = forward->second.kind;
         feature.tags.insert(forward->second.tags.begin(), forward->second.tags.end());
       }
@@ -339,7 +340,8 @@ class FeatureMaker {
       return;
     if (!complete || members.empty()) {
       if (kind.left_out.empty())
-        notes_.tell(Level::Loss, "{} multipolygons of which the map has only a part, left out", feature.id);
+        notes_.add_counted(Level::Loss, "{} multipolygons of which the map has only a part, left out",
+                           feature.id);
       return;
     }
     // Several whole buildings in one relation: each way has more specific tags than the relation.
@@ -352,7 +354,7 @@ class FeatureMaker {
     if (members.size() > 1 && std::all_of(members.begin(), members.end(), stands_alone)) {
       for (const auto& [forward, member] : members)
         objects_.ways.at(forward).tags.insert(feature.tags.begin(), feature.tags.end());
-      notes_.tell(Level::Remark, "{} multipolygons of whole buildings, read as these", feature.id);
+      notes_.add_counted(Level::Remark, "{} multipolygons of whole buildings, read as these", feature.id);
       return;
     }
     RingMembers rings;
@@ -362,8 +364,8 @@ class FeatureMaker {
     feature.polygons = assemble(id, rings, note);
     if (!note.empty() && kind.left_out.empty()) {
       const bool lost = feature.polygons.empty();
-      notes_.tell(lost ? Level::Loss : Level::Remark,
-                  "{} multipolygons of " + note + (lost ? ", left out" : ""), feature.id);
+      notes_.add_counted(lost ? Level::Loss : Level::Remark,
+                         "{} multipolygons of " + note + (lost ? ", left out" : ""), feature.id);
     }
     if (feature.polygons.empty()) return;
     const bool one_outer = feature.polygons.size() == 1;
@@ -417,7 +419,7 @@ class FeatureMaker {
       if (!problem.empty()) {
         // Roads extend beyond every extract.
         if (kind.left_out.empty() && feature.kind != FeatureKind::Passage)
-          notes_.tell(Level::Loss, "{} ways, " + problem + ", left out", feature.id);
+          notes_.add_counted(Level::Loss, "{} ways, " + problem + ", left out", feature.id);
         continue;
       }
       feature.tags = std::move(forward.tags);

@@ -514,8 +514,8 @@ TEST_F(OsmReader, ZeroStoreysDoNotMakeABuildingVanish) {
 
 // planetiler#1104, tilemaker#895.
 TEST_F(OsmReader, AVariantOfPbfIsNotCalledDamaged) {
-  const std::string said = problem(test::case_file("osm-pbf-lz4/lz4.osm.pbf"));
-  EXPECT_THAT(said, AllOf(HasSubstr("lz4"), HasSubstr("osmium cat"), Not(HasSubstr("damaged"))));
+  const std::string logged = problem(test::case_file("osm-pbf-lz4/lz4.osm.pbf"));
+  EXPECT_THAT(logged, AllOf(HasSubstr("lz4"), HasSubstr("osmium cat"), Not(HasSubstr("damaged"))));
 }
 
 TEST_F(OsmReader, OrderOfTheFileDoesNotMatter) {

@@ -58,14 +58,14 @@ std::string ask(const std::string& query, const OverpassOptions& options) {
     if (reply.status == 200) return std::move(reply.body);
     const bool busy = reply.status == 429 || (reply.status >= 500 && reply.status <= 599);
     if (!busy || attempt >= options.retries) {
-      const std::string said = excerpt(reply.body);
+      const std::string logged = excerpt(reply.body);
       const char* meaning = reply.status == 429   ? " (too many requests)"
                             : reply.status == 504 ? " (the server is too busy)"
                                                   : "";
       throw InputError(
           fmt::format("{} responded with HTTP status {}{}{}{}", options.url, reply.status, meaning,
                       attempt > 0 ? fmt::format(" to each of {} requests", attempt + 1) : "",
-                      said.empty() ? "" : ": " + said),
+                      logged.empty() ? "" : ": " + logged),
           busy ? fmt::format("try again later, {}", kOrFile)
                : fmt::format("check the address of the endpoint, {}", kOrFile));
     }
@@ -90,9 +90,9 @@ void check_osm(std::string_view body, const OverpassOptions& options) {
   const bool xml = start != std::string_view::npos && head.find("<osm") != std::string_view::npos &&
                    (head.substr(start, 5) == "<?xml" || head.substr(start, 4) == "<osm");
   if (!xml) {
-    const std::string said = excerpt(body);
+    const std::string logged = excerpt(body);
     throw InputError(fmt::format("{} responded with something other than OpenStreetMap XML{}", options.url,
-                                 said.empty() ? "" : ": " + said),
+                                 logged.empty() ? "" : ": " + logged),
                      fmt::format("check the address of the endpoint, {}", kOrFile));
   }
   // The server aborts long queries with a remark and partial data. The remark is after the data, and tags
@@ -203,9 +203,9 @@ std::string named_area_query(const std::vector<std::string_view>& pieces, int ti
 
 std::vector<Found> areas_of(const std::string& body, const OverpassOptions& options, bool& point) {
   const auto damaged = [&] {
-    const std::string said = excerpt(body);
+    const std::string logged = excerpt(body);
     return InputError(fmt::format("{} responded with something other than a list of places{}", options.url,
-                                  said.empty() ? "" : ": " + said),
+                                  logged.empty() ? "" : ": " + logged),
                       "check the address of the endpoint, or give a box");
   };
   const Json answer = Json::try_parse(body).value_or(Json());

@@ -273,19 +273,21 @@ TEST_F(Overpass, FollowsARedirectAsPost) {
 }
 
 TEST_F(Overpass, OptionsAreChecked) {
-  const auto said = [](auto change) {
+  const auto reported = [](auto change) {
     OverpassOptions bad;
     change(bad);
     return test::refusal([&] { bad.validate(); });
   };
-  EXPECT_EQ(said([](OverpassOptions&) {}), "");
-  EXPECT_THAT(said([](OverpassOptions& o) { o.url = "file:///etc/passwd"; }),
+  EXPECT_EQ(reported([](OverpassOptions&) {}), "");
+  EXPECT_THAT(reported([](OverpassOptions& o) { o.url = "file:///etc/passwd"; }),
               HasSubstr("not the address of an Overpass"));
-  EXPECT_THAT(said([](OverpassOptions& o) { o.url = "https://a b"; }),
+  EXPECT_THAT(reported([](OverpassOptions& o) { o.url = "https://a b"; }),
               HasSubstr("not the address of an Overpass"));
-  EXPECT_THAT(said([](OverpassOptions& o) { o.timeout_s = 0; }), HasSubstr("timeout_s of the download is 0"));
-  EXPECT_THAT(said([](OverpassOptions& o) { o.retries = 11; }), HasSubstr("retries of the download is 11"));
-  EXPECT_THAT(said([](OverpassOptions& o) { o.tile_deg = std::numeric_limits<double>::quiet_NaN(); }),
+  EXPECT_THAT(reported([](OverpassOptions& o) { o.timeout_s = 0; }),
+              HasSubstr("timeout_s of the download is 0"));
+  EXPECT_THAT(reported([](OverpassOptions& o) { o.retries = 11; }),
+              HasSubstr("retries of the download is 11"));
+  EXPECT_THAT(reported([](OverpassOptions& o) { o.tile_deg = std::numeric_limits<double>::quiet_NaN(); }),
               HasSubstr("tile_deg"));
   OverpassOptions fine;
   fine.cache = folder_ / "cache";
@@ -334,25 +336,25 @@ TEST_F(Overpass, AsksOnBothSidesOfTheAntimeridian) {
 }
 
 TEST_F(Overpass, SaysWhyAPlaceHasNoBox) {
-  const auto said = [&](const std::string& answer, const std::string& name = "Springfield") {
+  const auto logged = [&](const std::string& answer, const std::string& name = "Springfield") {
     const StoredServer server({answer});
     return test::refusal([&] { (void)find_named_area(name, options(server)); });
   };
-  EXPECT_THAT(said(area_query("")), HasSubstr("no place named 'Springfield' was found"));
-  EXPECT_THAT(said(area_query(R"({"type":"node","id":3,"lat":1,"lon":2})")),
+  EXPECT_THAT(logged(area_query("")), HasSubstr("no place named 'Springfield' was found"));
+  EXPECT_THAT(logged(area_query(R"({"type":"node","id":3,"lat":1,"lon":2})")),
               HasSubstr("is a point on the map"));
-  EXPECT_THAT(said(area_query(
+  EXPECT_THAT(logged(area_query(
                   R"({"type":"relation","id":1,"bounds":{"minlat":1,"minlon":1,"maxlat":2,"maxlon":2}},)"
                   R"({"type":"relation","id":2,"bounds":{"minlat":5,"minlon":1,"maxlat":6,"maxlon":2}})")),
               AllOf(HasSubstr("names several places that are far apart, relation/"),
                     HasSubstr("add the region or country")));
-  EXPECT_THAT(said(area_query(R"({"type":"relation","id":1,"bounds":[1,2]})")),
+  EXPECT_THAT(logged(area_query(R"({"type":"relation","id":1,"bounds":[1,2]})")),
               HasSubstr("not a list of places"));
-  EXPECT_THAT(said(reply("200 OK", "<html>Login</html>")), HasSubstr("other than a list of places: Login"));
-  EXPECT_THAT(said(reply("200 OK", R"({"elements":[],"remark":"runtime error: out of memory"})")),
+  EXPECT_THAT(logged(reply("200 OK", "<html>Login</html>")), HasSubstr("other than a list of places: Login"));
+  EXPECT_THAT(logged(reply("200 OK", R"({"elements":[],"remark":"runtime error: out of memory"})")),
               HasSubstr("aborted: runtime error: out of memory"));
   for (const char* bad : {"", " , ", "a,,b", "a\nb"}) {
-    EXPECT_THAT(said(area_query(""), bad), HasSubstr("is not the name of a place")) << bad;
+    EXPECT_THAT(logged(area_query(""), bad), HasSubstr("is not the name of a place")) << bad;
   }
   EXPECT_THAT(files(), IsEmpty());
 }

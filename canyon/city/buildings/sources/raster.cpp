@@ -191,7 +191,7 @@ void Raster::Impl::georeference(const TerrainOptions& options) {
   heights.metres_per_unit = metres_of_band(unit != nullptr ? unit : "", path);
   heights.options = options;
   geoid.emplace(heights);
-  geoid->say(notes);
+  geoid->add_line(notes);
 
   const double metres = geoid->metres_per_unit();
   int has = 0;
@@ -330,7 +330,7 @@ ReadReport Raster::notes() const {
   const std::string name = impl_->path.filename().string();
   ReadReport notes = impl_->notes;
   if (!impl_->impossible.empty()) {
-    notes.say(
+    notes.add_line(
         ReadReport::Level::Loss,
         fmt::format("{}: {} of the posts in use are outside -500 to 9,000 m (such as {:g} m) and are not "
                     "ground: filled from those around; declare the no-data value, e.g. with gdal_edit.py "

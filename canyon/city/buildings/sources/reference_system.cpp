@@ -120,7 +120,7 @@ ReferenceSystem::ReferenceSystem(const std::filesystem::path& file, const std::s
   heights.options = options;
   heights.required = false;
   geoid_.emplace(heights);
-  geoid_->say(notes_);
+  geoid_->add_line(notes_);
 }
 
 bool ReferenceSystem::in_area_of_use(const LonLat& point) const {

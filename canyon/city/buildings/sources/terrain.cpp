@@ -47,7 +47,7 @@ Terrain::Terrain(const std::vector<std::filesystem::path>& rasters, TerrainOptio
   for (const auto& path : rasters) impl_->rasters.emplace_back(path, options);
 }
 Terrain::Terrain(std::unique_ptr<Impl> impl, const std::string& note) : impl_(std::move(impl)) {
-  impl_->notes.say(ReadReport::Level::Remark, note);
+  impl_->notes.add_line(ReadReport::Level::Remark, note);
 }
 
 Terrain Terrain::of_relief(const std::vector<MapSurface>& relief) {

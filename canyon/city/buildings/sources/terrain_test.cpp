@@ -305,7 +305,7 @@ TEST_F(TerrainTest, HeightsWithoutAUnitAreInThatOfTheirReferenceSystem) {
   struct Case {
     const char *crs, *unit;
     double metres;
-    bool told;
+    bool configured;
   };
   for (const Case& c : {Case{"EPSG:2263", "", 1200.0 / 3937, true}, Case{"EPSG:2222", "", 0.3048, true},
                         Case{"EPSG:2263", "m", 1, false}, Case{"EPSG:2263", "ft", 0.3048, false},
@@ -339,8 +339,8 @@ TEST_F(TerrainTest, HeightsWithoutAUnitAreInThatOfTheirReferenceSystem) {
       const double undulation = raster->geoid_undulation_m(middle).value_or(0);
       EXPECT_NEAR(raster->height_m(middle).value() - undulation, 1000 * c.metres, 1e-6);
       const auto guesses = raster->notes().lines(ReadReport::Level::Guess);
-      EXPECT_EQ(guesses.size(), c.told ? 1U : 0U);
-      if (c.told) {
+      EXPECT_EQ(guesses.size(), c.configured ? 1U : 0U);
+      if (c.configured) {
         EXPECT_TRUE(contains(guesses.at(0), "r.tif: heights read in the unit of")) << guesses.at(0);
       }
     }

@@ -76,10 +76,10 @@ MessageFault::MessageFault(SatelliteSet satellites, const orbit::MessageError& e
       error_(error) {}
 
 void MessageFault::apply(propagation::Arrival& arrival, const std::shared_ptr<const orbit::Sky>& truth) {
-  const std::shared_ptr<const orbit::Sky> said = arrival.broadcast ? arrival.broadcast : truth;
-  if (said != sky_) {
-    sky_ = said;
-    wrong_sky_ = std::make_shared<orbit::WrongSky>(said, concerned_, error_);
+  const std::shared_ptr<const orbit::Sky> reported = arrival.broadcast ? arrival.broadcast : truth;
+  if (reported != sky_) {
+    sky_ = reported;
+    wrong_sky_ = std::make_shared<orbit::WrongSky>(reported, concerned_, error_);
   }
   arrival.broadcast = wrong_sky_;
   if (!arrival.messages) return;

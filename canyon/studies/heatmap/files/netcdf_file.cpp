@@ -131,8 +131,8 @@ bool end_well(const std::filesystem::path& path, const std::function<void()>& re
   pollfd end{ends[0], POLLIN, 0};
   while (poll(&end, 1, static_cast<int>(kLongestRead_s) * 1000) < 0 && errno == EINTR) {
   }
-  char said = 0;
-  const bool well = end.revents != 0 && ::read(ends[0], &said, 1) == 1;
+  char reported = 0;
+  const bool well = end.revents != 0 && ::read(ends[0], &reported, 1) == 1;
   ::close(ends[0]);
   if (end.revents == 0) kill(child, SIGKILL);
   while (waitpid(child, nullptr, 0) < 0 && errno == EINTR) {

@@ -230,11 +230,11 @@ TEST(StoredMap, FilesThatCrashHdf5AreRefused) {
     std::string bytes = whole;
     bytes.insert(random() % bytes.size(), 1, static_cast<char>(random() % 256));
     std::ofstream(folder / "hurt.nc", std::ios::binary) << bytes;
-    const std::string said = test::refusal([&] {
+    const std::string logged = test::refusal([&] {
       (void)StoredMap(folder / "hurt.nc").at({-99, -49}, 15, test::SampleMap(1, 1).request.times[0]);
     });
-    if (said.empty()) continue;
-    EXPECT_THAT(said, HasSubstr("hurt.nc: "));
+    if (logged.empty()) continue;
+    EXPECT_THAT(logged, HasSubstr("hurt.nc: "));
     ++refused;
   }
   EXPECT_GT(refused, 20);
@@ -279,7 +279,7 @@ TEST(StoredMap, DamageIsSaidOrHarmless) {
   }
   // Compressed chunks (zlib's checksum) are at the file's end.
   std::mt19937 random(1);
-  int said = 0;
+  int reported = 0;
   for (int i = 0; i < 40; ++i) {
     std::string bytes = whole;
     bytes[bytes.size() / 2 + random() % (bytes.size() / 2)] ^= static_cast<char>(1U << (random() % 8));
@@ -297,10 +297,10 @@ TEST(StoredMap, DamageIsSaidOrHarmless) {
       }
     } catch (const InputError& error) {
       EXPECT_THAT(error.what(), HasSubstr("hurt.nc: "));
-      ++said;
+      ++reported;
     }
   }
-  EXPECT_GT(said, 10);
+  EXPECT_GT(reported, 10);
 }
 
 }  // namespace
