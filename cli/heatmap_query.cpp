@@ -78,29 +78,29 @@ constexpr double kSameAltitude_m = 0.1;
 /// The altitude of --altitude, else the map's lowest. Warns if another one is used.
 double altitude_of(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   if (!arguments.route.altitude_m) return map.altitudes_m().front();
-  const double asked_m = *arguments.route.altitude_m;
+  const double requested_m = *arguments.route.altitude_m;
   const std::vector<double>& known = map.altitudes_m();
-  const auto nearest = std::min_element(known.begin(), known.end(), [asked_m](double a, double b) {
-    return std::abs(a - asked_m) < std::abs(b - asked_m);
+  const auto nearest = std::min_element(known.begin(), known.end(), [requested_m](double a, double b) {
+    return std::abs(a - requested_m) < std::abs(b - requested_m);
   });
   // Between altitudes the nearest one is used; beyond them, only if it is close.
-  const bool between = asked_m >= known.front() && asked_m <= known.back();
+  const bool between = requested_m >= known.front() && requested_m <= known.back();
   double reach_m = kAltitudeReach_m;
   if (known.size() > 1) {
     const double step_m =
-        asked_m < known.front() ? known[1] - known[0] : known.back() - known[known.size() - 2];
+        requested_m < known.front() ? known[1] - known[0] : known.back() - known[known.size() - 2];
     reach_m = std::min(reach_m, 0.5 * step_m);
   }
-  if (!between && std::abs(*nearest - asked_m) > reach_m) {
+  if (!between && std::abs(*nearest - requested_m) > reach_m) {
     throw InputError(
-        fmt::format("--altitude {:g}: the map's nearest is {}", asked_m, altitude_text(map, *nearest)),
-        fmt::format("compute one there: canyon heatmap ... --altitude {:g}", asked_m));
+        fmt::format("--altitude {:g}: the map's nearest is {}", requested_m, altitude_text(map, *nearest)),
+        fmt::format("compute one there: canyon heatmap ... --altitude {:g}", requested_m));
   }
-  if (std::abs(*nearest - asked_m) > kSameAltitude_m) {
-    print_warnings({fmt::format("the map has no altitude of {:g} m: using the nearest, {}", asked_m,
+  if (std::abs(*nearest - requested_m) > kSameAltitude_m) {
+    print_warnings({fmt::format("the map has no altitude of {:g} m: using the nearest, {}", requested_m,
                                 altitude_text(map, *nearest))});
   }
-  return asked_m;
+  return requested_m;
 }
 
 int query_point(const HeatmapQueryArguments& arguments, const StoredMap& map) {
@@ -113,7 +113,7 @@ int query_point(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   geodesy::check_geodetic(position, "--at");
   const Vector2d enu = map.frame().local_from_geodetic(position).head<2>();
   const GpsTime time = arguments.time.empty() ? map.times().front() : parse_instant(arguments.time);
-  const std::optional<heatmap::MapAnswer> answer = map.at(enu, altitude_of(arguments, map), time);
+  const std::optional<heatmap::MapSample> answer = map.at(enu, altitude_of(arguments, map), time);
   if (!answer) {
     if (map.at({map.grid().centre(0, 0)}, map.altitudes_m().front(), time)) {
       throw InputError(fmt::format("--at {} is outside the map", arguments.position),

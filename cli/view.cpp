@@ -343,7 +343,7 @@ int run_view(const ViewArguments& given) {
                      "write one with 'canyon simulate SCENARIO --out DIR --view', or show the scenario");
   }
   // A page without a server cannot send requests.
-  const bool asked = serves && !arguments.city.empty() && is_scenario(arguments.city);
+  const bool requested = serves && !arguments.city.empty() && is_scenario(arguments.city);
   Antennas antennas;
   std::optional<Workplace> workplace;
   std::filesystem::path folder;
@@ -363,12 +363,12 @@ int run_view(const ViewArguments& given) {
       interrupted = !compute(*made.simulation, arguments, *sink);
     } else {
       view::ViewHeader header = city_header(arguments, map.alone ? map.city : built_city(), folder);
-      if (asked && map.alone) antennas = antennas_in_map(arguments, map, header);
+      if (requested && map.alone) antennas = antennas_in_map(arguments, map, header);
       view::write_header(header, folder);
     }
     map.add_to(folder);
   }
-  if (asked && finished) antennas = antennas_in_finished(arguments, folder);
+  if (requested && finished) antennas = antennas_in_finished(arguments, folder);
   write_pages(arguments, page, folder);
   if (interrupted) return kInterrupted;
   if (!serves) return kOk;

@@ -32,7 +32,7 @@ TEST(FaultServices, ChangeAReceiverWhereThatIsAllowed) {
   });
 
   RosSettings settings;
-  const live::FaultAnswerer closed = hosted_faults(desk, "car", settings);
+  const live::FaultRequestHandler closed = hosted_faults(desk, "car", settings);
   EXPECT_TRUE(closed.call(Kind::Faults, "").success);
   for (const Kind kind : {Kind::AddFault, Kind::EndFault}) {
     const live::ServiceReply refused = closed.call(kind, "{outage: {}}");
@@ -40,7 +40,7 @@ TEST(FaultServices, ChangeAReceiverWhereThatIsAllowed) {
     EXPECT_THAT(refused.message, HasSubstr("<ros><changes>true</changes></ros>"));
   }
   settings.changes = true;
-  const live::FaultAnswerer open = hosted_faults(desk, "car", settings);
+  const live::FaultRequestHandler open = hosted_faults(desk, "car", settings);
   const live::ServiceReply added = open.call(Kind::AddFault, "{name: dark, outage: {}}");
   EXPECT_TRUE(added.success);
   EXPECT_EQ(added.message, "added car: dark");

@@ -215,11 +215,11 @@ live::HostSetup setup_of(const HostSettings& settings, const ReceiverIdentity& i
   return setup;
 }
 
-live::FaultAnswerer hosted_faults(std::shared_ptr<live::OptionsDesk> desk, const std::string& receiver,
-                                  const RosSettings& settings) {
+live::FaultRequestHandler hosted_faults(std::shared_ptr<live::OptionsDesk> desk, const std::string& receiver,
+                                        const RosSettings& settings) {
   return {[desk = std::move(desk), receiver](live::OptionsRequest request) {
             request.receiver = receiver;
-            return desk->ask(std::move(request));
+            return desk->submit(std::move(request));
           },
           settings.changes, "write <ros><changes>true</changes></ros> in its settings"};
 }

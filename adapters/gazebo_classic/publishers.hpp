@@ -31,6 +31,6 @@ namespace canyon::adapters::gazebo_classic {
 /// master that responds; never blocks. Only in builds with ROS 1.
 [[nodiscard]] std::unique_ptr<live::EpochPublisher> make_ros_publisher(const ReceiverIdentity& identity,
                                                                        const HostSettings& settings,
-                                                                       live::FaultAnswerer faults);
+                                                                       live::FaultRequestHandler faults);
 
 }  // namespace canyon::adapters::gazebo_classic

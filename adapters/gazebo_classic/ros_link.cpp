@@ -27,7 +27,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kLookEvery = 2s;
-constexpr auto kAnswerWithin = 1000ms;
+constexpr auto kResponseTimeout = 1000ms;
 constexpr auto kLeaveWithin = 2s;
 
 /// The shutdown of a node and the start of its successor must not overlap. Never destroyed: a thread that
@@ -99,12 +99,12 @@ struct RosLink::State {
       return;
     }
     const std::string name = node ? ros::this_node::getName() : "/gazebo_canyon";
-    const MasterAnswer answer = ask_master(master, name, kAnswerWithin, stop_fd);
+    const MasterReply answer = query_master(master, name, kResponseTimeout, stop_fd);
     {
       const std::lock_guard lock(mutex);
       if (stop) return;
     }
-    if (answer != MasterAnswer::None) {
+    if (answer != MasterReply::None) {
       found(answer);
     } else if (!node && !warned_missing) {
       log("no ROS master at " + master.uri() + "; topics are published when there is one");
@@ -115,11 +115,11 @@ struct RosLink::State {
     }
   }
 
-  void found(MasterAnswer answer) {
+  void found(MasterReply answer) {
     if (!node) {
       node.emplace();
       log("publishing on ROS, master " + master.uri() + ", as node " + ros::this_node::getName());
-    } else if (answer == MasterAnswer::Unknown && !connected.empty()) {
+    } else if (answer == MasterReply::Unknown && !connected.empty()) {
       notify_new_master();
     }
     lost = false;

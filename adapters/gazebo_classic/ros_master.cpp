@@ -51,15 +51,15 @@ std::string post(const std::string& uri, const std::string& body, std::chrono::m
 }
 
 /// The response is [code, message, value]; code 1 is success, 0 and -1 are failures.
-MasterAnswer parse_answer(const std::string& answer) {
-  if (answer.empty()) return MasterAnswer::None;
+MasterReply parse_answer(const std::string& answer) {
+  if (answer.empty()) return MasterReply::None;
   for (const std::string_view tag : {"<int>", "<i4>"}) {
     const std::size_t begin = answer.find(tag);
     if (begin == std::string::npos) continue;
     const std::string_view rest = std::string_view(answer).substr(begin + tag.size());
-    return trim(rest.substr(0, rest.find('<'))) == "1" ? MasterAnswer::Known : MasterAnswer::Unknown;
+    return trim(rest.substr(0, rest.find('<'))) == "1" ? MasterReply::Known : MasterReply::Unknown;
   }
-  return MasterAnswer::None;
+  return MasterReply::None;
 }
 
 }  // namespace
@@ -83,8 +83,8 @@ std::optional<MasterAddress> parse_master_uri(const std::string& uri) {
   return MasterAddress{std::string(host), static_cast<std::uint16_t>(*port)};
 }
 
-MasterAnswer ask_master(const MasterAddress& master, const std::string& node,
-                        std::chrono::milliseconds timeout, int stop_fd) noexcept {
+MasterReply query_master(const MasterAddress& master, const std::string& node,
+                         std::chrono::milliseconds timeout, int stop_fd) noexcept {
   try {
     const std::string name = "<param><value><string>" + node + "</string></value></param>";
     const std::string body =
@@ -92,7 +92,7 @@ MasterAnswer ask_master(const MasterAddress& master, const std::string& node,
         "</params></methodCall>";
     return parse_answer(post(master.uri(), body, timeout, stop_fd));
   } catch (...) {  // out of memory
-    return MasterAnswer::None;
+    return MasterReply::None;
   }
 }
 

@@ -17,7 +17,7 @@ struct MasterAddress {
 /// Parses "http://HOST:PORT" with or without '/' at the end, as in ROS_MASTER_URI; empty for anything else.
 [[nodiscard]] std::optional<MasterAddress> parse_master_uri(const std::string& uri);
 
-enum class MasterAnswer : std::uint8_t {
+enum class MasterReply : std::uint8_t {
   None,     ///< no response of a master within the time
   Unknown,  ///< a master without the node
   Known,    ///< a master with the node
@@ -26,7 +26,7 @@ enum class MasterAnswer : std::uint8_t {
 /// Queries a master for a node (XML-RPC lookupNode), without roscpp, whose query has only the network stack's
 /// time-out. Takes at most `timeout`. Returns None early if `stop_fd` becomes readable (negative: none). Does
 /// not throw.
-[[nodiscard]] MasterAnswer ask_master(const MasterAddress& master, const std::string& node,
-                                      std::chrono::milliseconds timeout, int stop_fd = -1) noexcept;
+[[nodiscard]] MasterReply query_master(const MasterAddress& master, const std::string& node,
+                                       std::chrono::milliseconds timeout, int stop_fd = -1) noexcept;
 
 }  // namespace canyon::adapters::gazebo_classic

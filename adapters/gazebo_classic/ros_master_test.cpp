@@ -78,15 +78,15 @@ TEST(MasterAddress, RefusesEverythingElse) {
 
 TEST(AskMaster, IsAnsweredByNobodyAtOnce) {
   const auto begin = Clock::now();
-  const MasterAddress nobody{"127.0.0.1", static_cast<std::uint16_t>(canyon::test::free_port())};
-  EXPECT_EQ(ask_master(nobody, "/node", 10s), MasterAnswer::None);
+  const MasterAddress unused{"127.0.0.1", static_cast<std::uint16_t>(canyon::test::free_port())};
+  EXPECT_EQ(query_master(unused, "/node", 10s), MasterReply::None);
   EXPECT_LT(Clock::now() - begin, 5s);  // refused, not timed out
 }
 
 TEST(AskMaster, WaitsNoLongerThanItMay) {
   const Listener silent("");
   const auto begin = Clock::now();
-  EXPECT_EQ(ask_master(silent.address(), "/node", 300ms), MasterAnswer::None);
+  EXPECT_EQ(query_master(silent.address(), "/node", 300ms), MasterReply::None);
   EXPECT_GE(Clock::now() - begin, 290ms);
   EXPECT_LT(Clock::now() - begin, 5s);
 }
@@ -95,15 +95,15 @@ TEST(AskMaster, EndsWhenItIsToldTo) {
   const Listener silent("");
   const int stop = eventfd(1, EFD_CLOEXEC);
   const auto begin = Clock::now();
-  EXPECT_EQ(ask_master(silent.address(), "/node", 30s, stop), MasterAnswer::None);
+  EXPECT_EQ(query_master(silent.address(), "/node", 30s, stop), MasterReply::None);
   EXPECT_LT(Clock::now() - begin, 10s);
   close(stop);
 }
 
 TEST(AskMaster, TakesOtherServersForNone) {
-  EXPECT_EQ(ask_master(Listener("HTTP/1.0 404 Not Found\r\n\r\n").address(), "/node", 5s),
-            MasterAnswer::None);
-  EXPECT_EQ(ask_master(Listener("\x01\x02</methodResponse>").address(), "/node", 5s), MasterAnswer::None);
+  EXPECT_EQ(query_master(Listener("HTTP/1.0 404 Not Found\r\n\r\n").address(), "/node", 5s),
+            MasterReply::None);
+  EXPECT_EQ(query_master(Listener("\x01\x02</methodResponse>").address(), "/node", 5s), MasterReply::None);
 }
 
 // Responses as in the ROS Master API: [code, message, value], code 1 for success and -1 for an error of
@@ -114,19 +114,19 @@ TEST(AskMaster, ReadsTheCode) {
            "</value><value><string>1</string></value></data></array></value></param></params></"
            "methodResponse>";
   };
-  EXPECT_EQ(ask_master(Listener(answer("<int>1</int>")).address(), "/node", 5s), MasterAnswer::Known);
-  EXPECT_EQ(ask_master(Listener(answer("<i4>1</i4>")).address(), "/node", 5s), MasterAnswer::Known);
-  EXPECT_EQ(ask_master(Listener(answer("<int>-1</int>")).address(), "/node", 5s), MasterAnswer::Unknown);
-  EXPECT_EQ(ask_master(Listener(answer("<int>11</int>")).address(), "/node", 5s), MasterAnswer::Unknown);
+  EXPECT_EQ(query_master(Listener(answer("<int>1</int>")).address(), "/node", 5s), MasterReply::Known);
+  EXPECT_EQ(query_master(Listener(answer("<i4>1</i4>")).address(), "/node", 5s), MasterReply::Known);
+  EXPECT_EQ(query_master(Listener(answer("<int>-1</int>")).address(), "/node", 5s), MasterReply::Unknown);
+  EXPECT_EQ(query_master(Listener(answer("<int>11</int>")).address(), "/node", 5s), MasterReply::Unknown);
 }
 
 TEST(AskMaster, FindsARoscore) {
   CANYON_NEEDS_PROGRAM("roscore");
   const test::RosCore core;
   const MasterAddress& master = test::RosEnvironment::get().master();
-  EXPECT_EQ(ask_master(master, "/nobody", 5s), MasterAnswer::Unknown);
+  EXPECT_EQ(query_master(master, "/nobody", 5s), MasterReply::Unknown);
   // roscore starts this node itself.
-  EXPECT_TRUE(test::eventually([&] { return ask_master(master, "/rosout", 5s) == MasterAnswer::Known; }));
+  EXPECT_TRUE(test::eventually([&] { return query_master(master, "/rosout", 5s) == MasterReply::Known; }));
 }
 
 }  // namespace

@@ -105,8 +105,8 @@ class ReceiverTopics final : public RosClient {
   std::optional<Publishers> publishers_;
 };
 
-std::vector<RosService> services_of(const RosTopics& names, live::FaultAnswerer faults) {
-  const auto answerer = std::make_shared<const live::FaultAnswerer>(std::move(faults));
+std::vector<RosService> services_of(const RosTopics& names, live::FaultRequestHandler faults) {
+  const auto answerer = std::make_shared<const live::FaultRequestHandler>(std::move(faults));
   std::vector<RosService> services;
   for (const live::ControlService& service : live::kControlServices) {
     if (!service.of_faults) continue;
@@ -121,7 +121,7 @@ std::vector<RosService> services_of(const RosTopics& names, live::FaultAnswerer 
 class RosPublisher final : public live::EpochPublisher {
  public:
   RosPublisher(std::shared_ptr<RosLink> link, const RosTopics& names, std::string frame_id,
-               live::FaultAnswerer faults)
+               live::FaultRequestHandler faults)
       : link_(std::move(link)),
         names_(names.claimed()),
         topics_(std::make_shared<ReceiverTopics>(names, std::move(frame_id))),
@@ -158,7 +158,7 @@ class RosPublisher final : public live::EpochPublisher {
 
 std::unique_ptr<live::EpochPublisher> make_ros_publisher(const ReceiverIdentity& identity,
                                                          const HostSettings& settings,
-                                                         live::FaultAnswerer faults) {
+                                                         live::FaultRequestHandler faults) {
   std::vector<std::string> notes;
   const std::shared_ptr<RosLink> link = RosLink::get();
   const RosTopics topics = claimed_ros_topics(

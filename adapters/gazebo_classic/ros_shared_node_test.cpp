@@ -30,8 +30,8 @@ TEST(RosSharedNode, IsUsedAndLeftRunning) {
   EXPECT_TRUE(ros::ok());
   EXPECT_TRUE(eventually(
       [] { return run_program("rostopic list 2>&1").output.find("/iris/fix\n") == std::string::npos; }));
-  EXPECT_EQ(ask_master(test::RosEnvironment::get().master(), "/gazebo", std::chrono::seconds(5)),
-            MasterAnswer::Known);
+  EXPECT_EQ(query_master(test::RosEnvironment::get().master(), "/gazebo", std::chrono::seconds(5)),
+            MasterReply::Known);
 }
 
 TEST(RosSharedNode, MayEndFirst) {

@@ -55,7 +55,7 @@ class RosWorld : public testing::Test {
     return fields;
   }
   /// The response received by a node of another process: "True added ...".
-  static std::string ask_service(const std::string& service, const std::string& fault) {
+  static std::string call_service(const std::string& service, const std::string& fault) {
     const std::string call =
         "import rospy; from canyon_msgs.srv import FaultCommand; rospy.init_node('asker', anonymous=True); "
         "rospy.wait_for_service('" +
@@ -134,8 +134,8 @@ TEST_F(RosWorld, FaultsComeAndGoByServices) {
   const std::string name = "<world name='street'>";
   ASSERT_NE(text.find(name), std::string::npos);
   server.load(text.replace(text.find(name), name.size(), "<world name='faults'>"));
-  const auto ask = [&](const std::string& service, const std::string& fault) {
-    auto reply = std::async(std::launch::async, [&] { return ask_service(service, fault); });
+  const auto request = [&](const std::string& service, const std::string& fault) {
+    auto reply = std::async(std::launch::async, [&] { return call_service(service, fault); });
     while (reply.wait_for(5ms) != std::future_status::ready) server.step(10);
     return reply.get();
   };
@@ -143,13 +143,13 @@ TEST_F(RosWorld, FaultsComeAndGoByServices) {
   for (int master = 0; master < 2; ++master) {
     const RosCore core;
     const std::string dark = "dark" + std::to_string(master);
-    EXPECT_THAT(ask("/car/gnss/get_faults", ""), Not(HasSubstr(dark)));
-    EXPECT_THAT(ask("/car/gnss/add_fault", "{name: " + dark + ", outage: {}}"), HasSubstr("True added "));
+    EXPECT_THAT(request("/car/gnss/get_faults", ""), Not(HasSubstr(dark)));
+    EXPECT_THAT(request("/car/gnss/add_fault", "{name: " + dark + ", outage: {}}"), HasSubstr("True added "));
     EXPECT_EQ(echo("/car/fix")["field.status.status"], "-1");
-    EXPECT_THAT(ask("/car/gnss/get_faults", ""), HasSubstr(": " + dark + " (outage) from "));
-    EXPECT_THAT(ask("/car/gnss/end_fault", dark), HasSubstr("True ended "));
+    EXPECT_THAT(request("/car/gnss/get_faults", ""), HasSubstr(": " + dark + " (outage) from "));
+    EXPECT_THAT(request("/car/gnss/end_fault", dark), HasSubstr("True ended "));
     EXPECT_EQ(echo("/car/fix")["field.status.status"], "0");
-    EXPECT_THAT(ask("/car/gnss/add_fault", "{outage: {satelites: G05}}"), HasSubstr("False refused: "));
+    EXPECT_THAT(request("/car/gnss/add_fault", "{outage: {satelites: G05}}"), HasSubstr("False refused: "));
   }
   server.unload();
 }
@@ -159,7 +159,7 @@ TEST_F(RosWorld, FaultsAreRefusedUnlessTheyAreAllowed) {
   const RosCore core;
   InProcessServer& server = InProcessServer::get();
   server.load(street_world(street_car(test::paper_elements())));
-  EXPECT_THAT(ask_service("/multipath/gnss/add_fault", "{outage: {}}"),
+  EXPECT_THAT(call_service("/multipath/gnss/add_fault", "{outage: {}}"),
               testing::AllOf(HasSubstr("False refused: "), HasSubstr("<changes>")));
   server.unload();
 }

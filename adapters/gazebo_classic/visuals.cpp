@@ -69,8 +69,8 @@ class SceneVisuals final : public live::EpochPublisher {
     safely([&] {
       const double now = steady_now_s();
       if (!updates_.due(now)) return;
-      const bool somebody_new = somebody_came();
-      send(visual_shapes(report, settings_), repeats_.due(now) || somebody_new);
+      const bool has_new_requests = subscriber_arrived();
+      send(visual_shapes(report, settings_), repeats_.due(now) || has_new_requests);
     });
   }
 
@@ -98,7 +98,7 @@ class SceneVisuals final : public live::EpochPublisher {
     }
   }
 
-  [[nodiscard]] bool somebody_came() {
+  [[nodiscard]] bool subscriber_arrived() {
     const unsigned clients = visuals_->GetRemoteSubscriptionCount();
     const bool more = clients > clients_;
     clients_ = clients;

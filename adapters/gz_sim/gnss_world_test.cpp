@@ -82,7 +82,7 @@ void put(StreetRun& run, const std::string& model, const gz::math::Pose3d& pose)
 }
 
 template <typename Reply, typename Request>
-Reply ask(const std::string& service, const Request& request) {
+Reply request(const std::string& service, const Request& request) {
   gz::transport::Node node;
   Reply reply;
   bool result = false;
@@ -202,7 +202,7 @@ TEST(GnssWorld, ThingsThatComeAreMovedResizedAndGo) {
   gz::msgs::EntityFactory request;
   request.set_sdf("<?xml version='1.0'?><sdf version='1.9'>" +
                   test::shape_model("tower", "3 20 0 0 0 0", test::box("4 2 40")) + "</sdf>");
-  EXPECT_TRUE((ask<gz::msgs::Boolean>("/world/street/create", request)).data());
+  EXPECT_TRUE((request<gz::msgs::Boolean>("/world/street/create", request)).data());
   EXPECT_NE(run.after(3, 0.08).satellites(2).visibility(), GnssSatellite::LOS);
   // Moved away by set_pose.
   gz::msgs::Pose pose;
@@ -210,7 +210,7 @@ TEST(GnssWorld, ThingsThatComeAreMovedResizedAndGo) {
   pose.mutable_position()->set_x(3);
   pose.mutable_position()->set_y(-150);
   pose.mutable_orientation()->set_w(1);
-  EXPECT_TRUE((ask<gz::msgs::Boolean>("/world/street/set_pose", pose)).data());
+  EXPECT_TRUE((request<gz::msgs::Boolean>("/world/street/set_pose", pose)).data());
   EXPECT_EQ(run.after(3, 0.11).satellites(2).visibility(), GnssSatellite::LOS);
   // The box is as long as the street, and blocks the path again.
   run.server.hands->next = [](Hands::Ecm& ecm) {
@@ -258,7 +258,7 @@ TEST(GnssWorld, FollowsSetSphericalCoordinates) {
   there.set_longitude_deg(8.5);
   there.set_elevation(500);
   there.set_heading_deg(30);
-  EXPECT_TRUE((ask<gz::msgs::Boolean>("/world/street/set_spherical_coordinates", there)).data());
+  EXPECT_TRUE((request<gz::msgs::Boolean>("/world/street/set_spherical_coordinates", there)).data());
   const GnssReceiver message = run.after(20, 0.4);
   EXPECT_NEAR(message.antenna().latitude_deg(), 47.4, 1e-4);
   EXPECT_NEAR(message.antenna().longitude_deg(), 8.5, 1e-4);
@@ -318,7 +318,7 @@ TEST(GnssWorld, AResetRepeatsTheRun) {
   run.listener.clear();
   gz::msgs::WorldControl control;
   control.mutable_reset()->set_all(true);
-  EXPECT_TRUE((ask<gz::msgs::Boolean>("/world/street/control", control)).data());
+  EXPECT_TRUE((request<gz::msgs::Boolean>("/world/street/control", control)).data());
   run.server.step(60);
   ASSERT_TRUE(run.listener.at(0.5));
   const auto second = run.listener.at(0.3);
@@ -338,7 +338,7 @@ TEST(GnssWorld, RewindRepeatsTheRunAndSeekGoesOn) {
   run.listener.clear();
   gz::msgs::WorldControl control;
   control.mutable_reset()->set_time_only(true);
-  EXPECT_TRUE((ask<gz::msgs::Boolean>("/world/street/control", control)).data());
+  EXPECT_TRUE((request<gz::msgs::Boolean>("/world/street/control", control)).data());
   run.server.step(60);
   ASSERT_TRUE(run.listener.at(0.5));
   const auto second = run.listener.at(0.3);
@@ -348,7 +348,7 @@ TEST(GnssWorld, RewindRepeatsTheRunAndSeekGoesOn) {
   run.listener.clear();
   gz::msgs::LogPlaybackControl seek;
   seek.mutable_seek()->set_sec(1000);
-  EXPECT_TRUE((ask<gz::msgs::Boolean>("/world/street/playback/control", seek)).data());
+  EXPECT_TRUE((request<gz::msgs::Boolean>("/world/street/playback/control", seek)).data());
   run.server.step(20);
   const auto later = run.listener.at(1000);
   ASSERT_TRUE(later);
@@ -455,7 +455,7 @@ TEST(GnssWorld, LeavesWithItsModelAndComesWithANewOne) {
   request.set_sdf("<?xml version='1.0'?><sdf version='1.9'>" + street_car(navsat(paper_elements()), "late") +
                   "</sdf>");
   test::GnssListener late(topic_of("late"));
-  EXPECT_TRUE((ask<gz::msgs::Boolean>("/world/street/create", request)).data());
+  EXPECT_TRUE((request<gz::msgs::Boolean>("/world/street/create", request)).data());
   run.server.step(30);
   const auto message = late.at(0.7);
   ASSERT_TRUE(message);
@@ -472,7 +472,7 @@ TEST(GnssWorld, SeesModelsOfSystemsThatComeAfterIt) {
   request.set_sdf("<?xml version='1.0'?><sdf version='1.9'>" +
                   street_car(navsat(paper_elements()), "late", "3 20 0 0 0 0") + "</sdf>");
   test::GnssListener late(topic_of("late"));
-  EXPECT_TRUE((ask<gz::msgs::Boolean>("/world/street/create", request)).data());
+  EXPECT_TRUE((request<gz::msgs::Boolean>("/world/street/create", request)).data());
   run.server.step(30);
   const auto message = late.at(0.3);
   ASSERT_TRUE(message);
@@ -514,13 +514,14 @@ TEST(GnssWorld, OptionsAtRunTime) {
   });
   gz::msgs::StringMsg request;
   request.set_data("elevation_mask_deg");
-  const std::string before = ask<gz::msgs::StringMsg>("/world/street/canyon/get_options", request).data();
+  const std::string before = request<gz::msgs::StringMsg>("/world/street/canyon/get_options", request).data();
   EXPECT_THAT(before, ::testing::HasSubstr("15")) << "the paper's mask";
   request.set_data("elevation_mask_deg: 33");
-  const std::string set = ask<gz::msgs::StringMsg>("/world/street/canyon/set_options", request).data();
+  const std::string set = request<gz::msgs::StringMsg>("/world/street/canyon/set_options", request).data();
   EXPECT_THAT(set, ::testing::HasSubstr("33"));
   request.set_data("elevation_mask_deg: 133");
-  const std::string refused = ask<gz::msgs::StringMsg>("/world/street/canyon/set_options", request).data();
+  const std::string refused =
+      request<gz::msgs::StringMsg>("/world/street/canyon/set_options", request).data();
   EXPECT_THAT(refused, ::testing::StartsWith("refused: "));
   done = true;
   stepper.join();
@@ -541,14 +542,14 @@ TEST(GnssWorld, SpawnedModelsGoWithAResetAndComeAgain) {
     gz::msgs::EntityFactory request;
     request.set_sdf("<?xml version='1.0'?><sdf version='1.9'>" + street_car(navsat(paper_elements())) +
                     "</sdf>");
-    EXPECT_TRUE((ask<gz::msgs::Boolean>("/world/street/create", request)).data());
+    EXPECT_TRUE((request<gz::msgs::Boolean>("/world/street/create", request)).data());
   };
   for (int round = 0; round < 2; ++round) {
     create();
     expect_street(run.after(30, 0.1), &StreetSatellite::mirror_m, 1e-3);
     gz::msgs::WorldControl control;
     control.mutable_reset()->set_all(true);
-    EXPECT_TRUE((ask<gz::msgs::Boolean>("/world/street/control", control)).data());
+    EXPECT_TRUE((request<gz::msgs::Boolean>("/world/street/control", control)).data());
     run.server.step(2);
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     run.listener.clear();

@@ -61,7 +61,7 @@ TEST(Ros2, FaultsComeAndGoByServices) {
       test::street_world(test::street_car(sensor("front", "true") + sensor("rear", "false")), 0, false));
   server.step(1);
   const auto node = std::make_shared<rclcpp::Node>("caller");
-  const auto ask = [&](const std::string& service, const std::string& text) {
+  const auto query = [&](const std::string& service, const std::string& text) {
     const auto client = node->create_client<FaultCommand>(service);
     EXPECT_TRUE(client->wait_for_service(std::chrono::seconds(20))) << service;
     const auto request = std::make_shared<FaultCommand::Request>();
@@ -78,16 +78,17 @@ TEST(Ros2, FaultsComeAndGoByServices) {
     ADD_FAILURE() << service << " does not answer";
     return FaultCommand::Response();
   };
-  EXPECT_EQ(ask("/front/canyon/get_faults", "").message, "none");
-  const auto added = ask("/front/canyon/add_fault", "{name: dark, from_s: 0, outage: {}}");
+  EXPECT_EQ(query("/front/canyon/get_faults", "").message, "none");
+  const auto added = query("/front/canyon/add_fault", "{name: dark, from_s: 0, outage: {}}");
   EXPECT_TRUE(added.success);
   EXPECT_EQ(added.message, "added car::body::front: dark");
-  EXPECT_EQ(ask("/front/canyon/get_faults", "").message, "car::body::front: dark (outage) from 0 s, at work");
-  EXPECT_EQ(ask("/rear/canyon/get_faults", "").message, "none");
-  const auto refused = ask("/rear/canyon/add_fault", "{outage: {}}");
+  EXPECT_EQ(query("/front/canyon/get_faults", "").message,
+            "car::body::front: dark (outage) from 0 s, at work");
+  EXPECT_EQ(query("/rear/canyon/get_faults", "").message, "none");
+  const auto refused = query("/rear/canyon/add_fault", "{outage: {}}");
   EXPECT_FALSE(refused.success);
   EXPECT_NE(refused.message.find("<changes>"), std::string::npos) << refused.message;
-  EXPECT_TRUE(ask("/front/canyon/end_fault", "dark").success);
+  EXPECT_TRUE(query("/front/canyon/end_fault", "dark").success);
 }
 
 }  // namespace

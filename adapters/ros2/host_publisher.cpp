@@ -63,7 +63,8 @@ class Process {
 
 class HostPublisher final : public live::EpochPublisher {
  public:
-  HostPublisher(const ReceiverIdentity& identity, const RosSettings& settings, live::FaultAnswerer faults)
+  HostPublisher(const ReceiverIdentity& identity, const RosSettings& settings,
+                live::FaultRequestHandler faults)
       : process_(Process::get()),
         names_(claimed_ros_topics(
             identity, settings,
@@ -118,7 +119,7 @@ class HostPublisher final : public live::EpochPublisher {
 
 std::unique_ptr<live::EpochPublisher> make_host_publisher(const ReceiverIdentity& identity,
                                                           const RosSettings& settings,
-                                                          live::FaultAnswerer faults) {
+                                                          live::FaultRequestHandler faults) {
   return std::make_unique<HostPublisher>(identity, settings, std::move(faults));
 }
 

@@ -16,6 +16,6 @@ namespace canyon::adapters::ros2 {
 /// the first take_notes(). Throws InputError as claimed_ros_topics().
 [[nodiscard]] std::unique_ptr<live::EpochPublisher> make_host_publisher(const ReceiverIdentity& identity,
                                                                         const RosSettings& settings,
-                                                                        live::FaultAnswerer faults);
+                                                                        live::FaultRequestHandler faults);
 
 }  // namespace canyon::adapters::ros2

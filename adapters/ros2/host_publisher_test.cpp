@@ -103,10 +103,10 @@ TEST(HostPublisher, ReceiversHaveTopicsOfTheirOwn) {
   EXPECT_THAT(second->take_notes(),
               ElementsAre("another receiver uses the ROS name /iris/fix; names of this one are in "
                           "/iris/link/gps1"));
-  RosSettings asked;
-  asked.ros_namespace = "/iris";
+  RosSettings requested;
+  requested.ros_namespace = "/iris";
   try {
-    (void)make_host_publisher(iris("gps2"), asked, {});
+    (void)make_host_publisher(iris("gps2"), requested, {});
     FAIL();
   } catch (const InputError& e) {
     EXPECT_THAT(e.what(), HasSubstr("a different <ros><namespace>"));

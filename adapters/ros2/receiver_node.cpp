@@ -115,9 +115,9 @@ struct ReceiverNode::Impl {
         std::make_unique<ReceiverTopics>(NodeParts(node), topics_of(settings), settings.diagonal_covariance);
     const bool changes = settings.live.live && settings.live.live->changes;
     services = std::make_unique<FaultServices>(
-        node,
-        live::FaultAnswerer{[this](const live::OptionsRequest& request) { return answer_faults(request); },
-                            changes, "set the parameter live.changes before the node is configured"});
+        node, live::FaultRequestHandler{
+                  [this](const live::OptionsRequest& request) { return answer_faults(request); }, changes,
+                  "set the parameter live.changes before the node is configured"});
     health = {};
     health.name = node.get_name();
     health.receiver = settings.live.receivers.front().options.name;

@@ -144,8 +144,8 @@ void ReceiverTopics::reset() {
 
 FaultServices::FaultServices(rclcpp::node_interfaces::NodeBaseInterface::SharedPtr base,
                              rclcpp::node_interfaces::NodeServicesInterface::SharedPtr services,
-                             live::FaultAnswerer faults) {
-  const auto answerer = std::make_shared<const live::FaultAnswerer>(std::move(faults));
+                             live::FaultRequestHandler faults) {
+  const auto answerer = std::make_shared<const live::FaultRequestHandler>(std::move(faults));
   for (const live::ControlService& service : live::kControlServices) {
     if (!service.of_faults) continue;
     services_.push_back(rclcpp::create_service<canyon_msgs::srv::FaultCommand>(

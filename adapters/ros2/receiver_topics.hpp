@@ -141,14 +141,14 @@ class FaultServices {
  public:
   /// @param node an rclcpp::Node or a managed one
   template <class Node>
-  FaultServices(Node& node, live::FaultAnswerer faults)
+  FaultServices(Node& node, live::FaultRequestHandler faults)
       : FaultServices(node.get_node_base_interface(), node.get_node_services_interface(), std::move(faults)) {
   }
 
  private:
   FaultServices(rclcpp::node_interfaces::NodeBaseInterface::SharedPtr base,
                 rclcpp::node_interfaces::NodeServicesInterface::SharedPtr services,
-                live::FaultAnswerer faults);
+                live::FaultRequestHandler faults);
 
   std::vector<rclcpp::Service<canyon_msgs::srv::FaultCommand>::SharedPtr> services_;
 };

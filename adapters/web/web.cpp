@@ -135,7 +135,7 @@ Json run(const Json& given) {
 }
 
 /// A heat map in memory, at one altitude and instant.
-class ComputedMap final : public heatmap::MapAnswers {
+class ComputedMap final : public heatmap::MapReader {
  public:
   explicit ComputedMap(const heatmap::Heatmap& map, const geodesy::LocalFrame& frame) {
     const heatmap::Request& request = map.request();
@@ -152,7 +152,7 @@ class ComputedMap final : public heatmap::MapAnswers {
     }
   }
   [[nodiscard]] const About& about() const override { return about_; }
-  [[nodiscard]] std::optional<heatmap::MapAnswer> at(const Eigen::Vector2d& enu, double altitude_m,
+  [[nodiscard]] std::optional<heatmap::MapSample> at(const Eigen::Vector2d& enu, double altitude_m,
                                                      geodesy::GpsTime time) const override {
     const heatmap::Grid& grid = about_.grid;
     const auto column = static_cast<std::uint32_t>((enu.x() - grid.west_m) / grid.spacing_m);
@@ -161,7 +161,7 @@ class ComputedMap final : public heatmap::MapAnswers {
     const heatmap::Tile tile = grid.tile(number);
     const std::size_t cell = std::size_t{row - tile.first_row} * tile.columns + (column - tile.first_column);
     const heatmap::TileValues& values = tiles_[number];
-    heatmap::MapAnswer answer{{}, values.state[cell], time, altitude_m};
+    heatmap::MapSample answer{{}, values.state[cell], time, altitude_m};
     for (std::size_t k = 0; k < about_.layers.size(); ++k)
       answer.values.push_back(values.values[k * tile.cells() + cell]);
     return answer;

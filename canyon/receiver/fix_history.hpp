@@ -19,10 +19,10 @@ class FixHistory {
   void add(geodesy::GpsTime time, const positioning::Fix& fix, const disturbance::ReceiverEvents& events) {
     if (events.fix_edits.empty() && !events.fixes_from) return fixes_.clear();
     fixes_.emplace_back(time, fix);
-    std::vector<geodesy::GpsTime> asked;
+    std::vector<geodesy::GpsTime> requested;
     for (const disturbance::FixEdit& edit : events.fix_edits)
       if (const std::size_t at = position(edit.of, edit.first); at < size())
-        asked.push_back(fixes_[at].first);
+        requested.push_back(fixes_[at].first);
     std::size_t older = size();  // fixes that are not all kept
     if (events.fixes_from) {
       const std::size_t first = position(*events.fixes_from, false);
@@ -30,7 +30,7 @@ class FixHistory {
     }
     const auto end = fixes_.begin() + static_cast<std::ptrdiff_t>(older);
     const auto unasked = [&](const auto& each) {
-      return std::find(asked.begin(), asked.end(), each.first) == asked.end();
+      return std::find(requested.begin(), requested.end(), each.first) == requested.end();
     };
     fixes_.erase(std::remove_if(fixes_.begin(), end, unasked), end);
   }

@@ -202,26 +202,28 @@ TEST(Autopilots, Px4FliesWithItsUbloxDriver) {
        std::to_string(instance), "-d", etc},
       folder.path().string(),
       {"PX4_SIM_MODEL=canyon_quadx", "PX4_HOME_LAT=22.296875", "PX4_HOME_LON=114.171875", "PX4_HOME_ALT=0"});
-  const auto ask = [&](const std::string& module, const std::string& words) {
+  const auto request = [&](const std::string& module, const std::string& words) {
     return test::run_program("timeout 10 " + *build + "/bin/px4-" + module + " --instance " +
                              std::to_string(instance) + " " + words + " 2>&1")
         .output;
   };
   EXPECT_TRUE(within(seconds(60), [&] {
-    return ask("gps", "status").find("status: OK") != std::string::npos;
-  })) << ask("gps", "status");
+    return request("gps", "status").find("status: OK") != std::string::npos;
+  })) << request("gps", "status");
   // In newer PX4 the topic is sensor_gnss.
-  const auto heard = [&] { return ask("listener", "sensor_gps -n 1") + ask("listener", "sensor_gnss -n 1"); };
+  const auto heard = [&] {
+    return request("listener", "sensor_gps -n 1") + request("listener", "sensor_gnss -n 1");
+  };
   EXPECT_TRUE(within(seconds(60), [&] { return heard().find("fix_type: 3") != std::string::npos; }))
       << heard();
   EXPECT_TRUE(within(seconds(120),
                      [&] {
-                       (void)ask("commander", "takeoff");
+                       (void)request("commander", "takeoff");
                        std::this_thread::sleep_for(seconds(1));
                        return live.height_m() > 2;
                      }))
       << "height " << live.height_m() << "\n"
-      << ask("commander", "check") << heard();
+      << request("commander", "check") << heard();
   EXPECT_TRUE(px4.running());
   EXPECT_EQ(live.end().missed, 0U);
 }

@@ -245,7 +245,7 @@ simulation::Simulation receivers_at_cells(const Case& drawn, const geodesy::Loca
 }
 
 /// The values of a map at a point.
-struct Answer {
+struct Result {
   bool free = true;
   bool solved = false;
   int visible = 0, used = 0;
@@ -253,9 +253,9 @@ struct Answer {
 };
 
 /// The receiver's values, with the noise (except its mean) removed from its measurements.
-Answer answer_of(const simulation::Epoch& epoch, const simulation::Simulation& simulation,
+Result answer_of(const simulation::Epoch& epoch, const simulation::Simulation& simulation,
                  const receiver::ReceiverOptions& options) {
-  Answer answer;
+  Result answer;
   answer.free = epoch.containment == raytrace::Containment::Free;
   answer.visible = epoch.observed.visible;
   positioning::Fix fix = epoch.observed.fix;
@@ -283,9 +283,9 @@ Answer answer_of(const simulation::Epoch& epoch, const simulation::Simulation& s
   return answer;
 }
 
-Answer answer_of(const heatmap::TileValues& values, std::size_t cells, std::size_t cell) {
+Result answer_of(const heatmap::TileValues& values, std::size_t cells, std::size_t cell) {
   const auto value = [&](std::size_t layer) { return double{values.values[layer * cells + cell]}; };
-  Answer answer;
+  Result answer;
   answer.free = values.state[cell] == CellState::Computed;
   if (!answer.free) return answer;
   answer.used = static_cast<int>(value(2));
@@ -299,7 +299,7 @@ Answer answer_of(const heatmap::TileValues& values, std::size_t cells, std::size
   return answer;
 }
 
-std::string words(const Answer& a) {
+std::string words(const Result& a) {
   if (!a.free) return "covered";
   return a.solved ? fmt::format("fix of {} of {}, {:.4f} m and {:.4f} m off, PDOP {:.4f}", a.used, a.visible,
                                 a.horizontal_m, a.vertical_m, a.pdop)
@@ -344,7 +344,7 @@ struct Count {
 };
 
 /// Empty: equal.
-std::string difference(const Answer& map, const Answer& receiver, const receiver::ReceiverOptions& options,
+std::string difference(const Result& map, const Result& receiver, const receiver::ReceiverOptions& options,
                        Count& count) {
   if (map.free != receiver.free) return "placement";
   if (!map.free) {
@@ -399,8 +399,8 @@ void judge_case(int number, const std::filesystem::path& folder, Count& count) {
       const auto column = static_cast<std::uint32_t>(tile.first_column + i % tile.columns);
       const auto row = static_cast<std::uint32_t>(tile.first_row + i / tile.columns);
       const simulation::Epoch& epoch = recorder.epochs.at(std::size_t{row} * grid.columns + column);
-      const Answer expected = answer_of(epoch, simulation, receiver.options);
-      const Answer mapped = answer_of(values, tile.cells(), i);
+      const Result expected = answer_of(epoch, simulation, receiver.options);
+      const Result mapped = answer_of(values, tile.cells(), i);
       ++count.cells;
       const std::string problem = difference(mapped, expected, receiver.options, count);
       if (problem.empty()) continue;

@@ -85,13 +85,13 @@ struct TileScene {
     }
   }
 
-  struct Answer {
+  struct Result {
     positioning::Fix fix;
     double horizontal_m = NAN, vertical_m = NAN;
     double solving_s = 0;  ///< of the processor, in solve_fix()
   };
   /// The result of positioning::solve_fix() at a cell. @param noise_m per satellite of the tile, or empty
-  [[nodiscard]] Answer reference_fix(std::size_t cell, const receiver::ReceiverOptions& options,
+  [[nodiscard]] Result reference_fix(std::size_t cell, const receiver::ReceiverOptions& options,
                                      const std::vector<double>& noise_m = {}) const {
     using geodesy::kSpeedOfLight;
     const Eigen::Vector3d antenna = frame.ecef_from_local(centre(cell));
@@ -117,7 +117,7 @@ struct TileScene {
       if (options.troposphere) m.pseudorange_m += errors::saastamoinen_delay_m(at, line->elevation_rad);
       measurements.push_back(m);
     }
-    Answer answer;
+    Result answer;
     const std::clock_t start = std::clock();
     answer.fix = positioning::solve_fix(time + bias_s, measurements, sky, options.fix, klobuchar);
     answer.solving_s = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;

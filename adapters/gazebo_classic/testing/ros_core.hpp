@@ -89,7 +89,7 @@ class RosEnvironment {
   [[nodiscard]] const MasterAddress& master() const { return master_; }
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_.path(); }
   [[nodiscard]] bool has_master() const {
-    return ask_master(master_, "/test", std::chrono::milliseconds(500)) != MasterAnswer::None;
+    return query_master(master_, "/test", std::chrono::milliseconds(500)) != MasterReply::None;
   }
 
  private:

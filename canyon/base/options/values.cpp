@@ -12,11 +12,11 @@ void Checker::field(const Field& field, Value& value) {
   name += field.name;
   if (value.is_angle()) name.replace(name.size() - 4, 4, "_rad");
   const bool prefix = !what_.empty() && what_.back() == '.';
-  const std::string whose = what_.empty() || prefix ? "" : fmt::format(" of the {}", what_);
+  const std::string owner = what_.empty() || prefix ? "" : fmt::format(" of the {}", what_);
   const std::string unit = value.is_angle() || field.unit.empty() || value.words().size() > 0
                                ? ""
                                : fmt::format(" {}", field.unit);
-  throw InputError(fmt::format("{}{}{} is {}", prefix ? what_ : "", name, whose, value.shown()),
+  throw InputError(fmt::format("{}{}{} is {}", prefix ? what_ : "", name, owner, value.shown()),
                    fmt::format("it must be {}{}", value.bound(), unit));
 }
 

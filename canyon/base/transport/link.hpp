@@ -72,25 +72,25 @@ class Readers {
   template <typename... Fresh>
   [[nodiscard]] Kept& of(std::uint64_t reader, Fresh&&... fresh) {
     if (kept_.count(reader) == 0 && kept_.size() >= kMost) {
-      const auto first = std::min_element(asked_.begin(), asked_.end(),
+      const auto first = std::min_element(requested_.begin(), requested_.end(),
                                           [](const auto& a, const auto& b) { return a.second < b.second; });
       kept_.erase(first->first);
-      asked_.erase(first);
+      requested_.erase(first);
     }
-    asked_[reader] = ++count_;
+    requested_[reader] = ++count_;
     return kept_.try_emplace(reader, std::forward<Fresh>(fresh)...).first->second;
   }
   /// Null: there is none.
   [[nodiscard]] Kept* find(std::uint64_t reader) {
     const auto found = kept_.find(reader);
     if (found == kept_.end()) return nullptr;
-    asked_[reader] = ++count_;
+    requested_[reader] = ++count_;
     return &found->second;
   }
 
  private:
   std::map<std::uint64_t, Kept> kept_;
-  std::map<std::uint64_t, std::uint64_t> asked_;  // counter at the last use
+  std::map<std::uint64_t, std::uint64_t> requested_;  // counter at the last use
   std::uint64_t count_ = 0;
 };
 

@@ -64,7 +64,7 @@ std::string http_chunk(std::string_view bytes) {
 struct NtripClient::Impl {
   using Clock = TcpClient::Clock;
   enum class Phase { Over, Head, Raw, Http, Table };
-  static constexpr std::size_t kLongestAnswer = std::size_t{16} * 1024;
+  static constexpr std::size_t kMaxResponseBytes = std::size_t{16} * 1024;
   static constexpr std::size_t kLongestLine = 4096, kMostMounts = 1000;
 
   Impl(std::string_view address, const Options& o)
@@ -78,7 +78,7 @@ struct NtripClient::Impl {
     const std::string authorization =
         secret.empty() ? "" : fmt::format("Authorization: Basic {}\r\n", secret);
     constexpr const char* kAgent = "NTRIP Canyon";
-    const std::string mount = asks_table ? "" : to.mount;
+    const std::string mount = requests_table ? "" : to.mount;
     if (revision == 1 && source)
       return fmt::format("SOURCE {} /{}\r\nSource-Agent: {}\r\n\r\n", to.password, mount, kAgent);
     if (revision == 1)
@@ -137,7 +137,7 @@ struct NtripClient::Impl {
   void read_answer() {
     const std::size_t end_of_line = answer.find('\n');
     if (end_of_line == std::string::npos) {
-      if (answer.size() > kLongestAnswer) misunderstood("the response is not that of an NTRIP caster");
+      if (answer.size() > kMaxResponseBytes) misunderstood("the response is not that of an NTRIP caster");
       return;
     }
     const std::string line(trim(std::string_view(answer).substr(0, end_of_line)));
@@ -174,7 +174,7 @@ struct NtripClient::Impl {
       end(State::Refused, kWrongPassword);
     } else if (code == 404) {
       end(State::Refused, no_such_mount());
-      asks_table = !source && status.mounts.empty();
+      requests_table = !source && status.mounts.empty();
     } else {
       misunderstood(fmt::format("the caster responds '{}'", printable(line)));
     }
@@ -183,7 +183,7 @@ struct NtripClient::Impl {
   void read_http() {
     if (!parser->is_header_done()) {
       const auto head = http_head(answer);
-      if (!head && answer.size() > kLongestAnswer)
+      if (!head && answer.size() > kMaxResponseBytes)
         misunderstood("the caster's HTTP is broken: endless lines");
       if (!head) return;
       answer.replace(0, head->second, head->first);
@@ -197,8 +197,8 @@ struct NtripClient::Impl {
       error_code error;
       answer.erase(0, parser->put(asio::buffer(answer), error));
       if (!began && parser->is_header_done()) {
-        is_table = asks_table || parser->get()[http::field::content_type].find("gnss/sourcetable") !=
-                                     boost::beast::string_view::npos;
+        is_table = requests_table || parser->get()[http::field::content_type].find("gnss/sourcetable") !=
+                                         boost::beast::string_view::npos;
         if (!is_table) begin_stream(Phase::Http);
       }
       const std::string_view bytes(room.data(), room.size() - body.size);
@@ -212,7 +212,7 @@ struct NtripClient::Impl {
       } else if (parser->is_done()) {
         lose();
       } else if (error == http::error::need_more) {
-        if (answer.size() > kLongestAnswer) misunderstood("the caster's HTTP is broken: endless lines");
+        if (answer.size() > kMaxResponseBytes) misunderstood("the caster's HTTP is broken: endless lines");
         return;
       }
     }
@@ -223,7 +223,7 @@ struct NtripClient::Impl {
     if (status.state != State::Streaming && status.state != State::Connecting)
       notes.push_back("the caster streams");
     status = {State::Streaming, {}, {}};
-    asks_table = false;
+    requests_table = false;
     if (source) tcp.reset_pause();
     if (!source && !gga.empty()) tcp.send(gga);
     if (next == Phase::Raw) stream(std::exchange(answer, {}));
@@ -252,7 +252,7 @@ struct NtripClient::Impl {
 
   void end_table() {
     status.mounts = std::exchange(table, {});
-    asks_table = false;
+    requests_table = false;
     if (std::exchange(has_mount, false))
       end(State::Refused, fmt::format("the mount point {} has no stream now", to.mount));
     else
@@ -319,9 +319,9 @@ struct NtripClient::Impl {
   Options options;
   TcpClient tcp;
   int revision = 2;
-  bool asks_table = false;  ///< requests the source table instead of the mount point, after a 404
-  bool is_table = false;    ///< the HTTP body is a source table
-  bool has_mount = false;   ///< the source table has the mount point
+  bool requests_table = false;  ///< requests the source table instead of the mount point, after a 404
+  bool is_table = false;        ///< the HTTP body is a source table
+  bool has_mount = false;       ///< the source table has the mount point
   Phase phase = Phase::Over;
   std::string answer;  ///< received and not parsed yet
   std::optional<http::response_parser<http::buffer_body>> parser;

@@ -553,18 +553,18 @@ TEST(NtripClient, KeepsLittleOfAHostileStreamAndTable) {
   EXPECT_GT(kept.front().bytes.size(), kMostReceived / 2);
 
   ScriptedCaster other;
-  NtripClient asks = client_of(other);
-  (void)other.request(asks);
+  NtripClient requester = client_of(other);
+  (void)other.request(requester);
   other.send_text("SOURCETABLE 200 OK\r\n\r\nSTR;" + std::string(5000, 'x') + ";\r\n");
   for (int i = 0; i < 3000; ++i) {
     other.send_text("STR;" + std::string(200, 'm') + std::to_string(i) + ";\r\n");
-    asks.serve();
+    requester.serve();
   }
   other.send_text("ENDSOURCETABLE\r\n");
-  EXPECT_TRUE(becomes(asks, State::Refused));
-  EXPECT_EQ(asks.status().mounts.size(), 1000U);
-  EXPECT_EQ(asks.status().mounts.front(), std::string(100, 'm'));
-  EXPECT_THAT(asks.status().reason, EndsWith("and 980 more"));
+  EXPECT_TRUE(becomes(requester, State::Refused));
+  EXPECT_EQ(requester.status().mounts.size(), 1000U);
+  EXPECT_EQ(requester.status().mounts.front(), std::string(100, 'm'));
+  EXPECT_THAT(requester.status().reason, EndsWith("and 980 more"));
 }
 
 TEST(NtripClient, ConnectsAnewWhenACasterStalls) {

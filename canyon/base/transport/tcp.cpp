@@ -91,8 +91,8 @@ bool TcpServer::push(Client& client, std::string_view bytes) {
 
 // Reads a client's input; Broken if the client must be dropped.
 Line TcpServer::hear(Client& client) {
-  Inbox nobody, begin;
-  if (client.leaving) return listen(client.socket, client.number, nobody);
+  Inbox unused, begin;
+  if (client.leaving) return listen(client.socket, client.number, unused);
   if (!client.first) return listen(client.socket, client.number, received_);
   const Line line = listen(client.socket, client.number, begin);
   for (const Received& piece : begin.take()) *client.first += piece.bytes;

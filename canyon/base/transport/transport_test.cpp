@@ -176,8 +176,8 @@ TEST(TcpServer, SilentVisitorsLockNobodyOut) {
   server.answer(1, "200 ");
   std::vector<LocalConnection> silent;
   for (int i = 0; i < 30; ++i) silent.emplace_back(port);
-  LocalConnection asks(port);
-  asks.send_text("GET /BASE\n");
+  LocalConnection requester(port);
+  requester.send_text("GET /BASE\n");
   std::string heard;
   const auto deadline = in_20_s();
   while (heard.empty() && std::chrono::steady_clock::now() < deadline) {
@@ -563,11 +563,11 @@ TEST(Transport, PseudoTerminalHearsAndHasALink) {
     const auto transport = open_transport("pty:" + link);
     const int driver = open(link.c_str(), O_RDWR | O_NOCTTY);
     ASSERT_GE(driver, 0) << link;
-    const std::string asked = "\xB5\x62\x0A\x04\n\r\x03";
-    ASSERT_EQ(write(driver, asked.data(), asked.size()), static_cast<ssize_t>(asked.size()));
-    const auto received = received_by(*transport, asked.size());
+    const std::string requested = "\xB5\x62\x0A\x04\n\r\x03";
+    ASSERT_EQ(write(driver, requested.data(), requested.size()), static_cast<ssize_t>(requested.size()));
+    const auto received = received_by(*transport, requested.size());
     ASSERT_FALSE(received.empty());
-    EXPECT_EQ(received.front().bytes, asked);
+    EXPECT_EQ(received.front().bytes, requested);
     close(driver);
     // Readers may come and go.
     transport->serve();

@@ -60,11 +60,12 @@ class Triangles {
   };
 
   Triangles() = default;
-  Triangles(const Tracing& tracing, const city::Mesh& mesh, const Eigen::Vector3d& centre, bool asked_for_all)
+  Triangles(const Tracing& tracing, const city::Mesh& mesh, const Eigen::Vector3d& centre,
+            bool requested_for_all)
       : scene_(rtcNewScene(tracing.device.get())) {
     if (!scene_) throw tracing.failure("no scene");
     int flags = RTC_SCENE_FLAG_ROBUST;
-    if (asked_for_all) flags |= embree::kFilterSceneFlag;
+    if (requested_for_all) flags |= embree::kFilterSceneFlag;
     rtcSetSceneFlags(scene_.get(), static_cast<RTCSceneFlags>(flags));
     rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_HIGH);
     if (!mesh.triangles.empty()) attach(tracing, mesh, centre);

@@ -36,7 +36,7 @@ struct BuiltMesh {
 
   BuiltMesh() = default;
   BuiltMesh(const Tracing& tracing, std::shared_ptr<const city::Mesh> of, const std::string& name,
-            bool asked_for_all)
+            bool requested_for_all)
       : mesh(std::move(of)) {
     city::check_mesh(*mesh, name);
     for (const Vector3d& v : mesh->vertices) bounds.extend(v);
@@ -44,7 +44,7 @@ struct BuiltMesh {
       centre = bounds.center();
       radius = 0.5 * bounds.diagonal().norm();
     }
-    triangles = Triangles(tracing, *mesh, centre, asked_for_all);
+    triangles = Triangles(tracing, *mesh, centre, requested_for_all);
   }
 
   [[nodiscard]] const Vector3d& vertex(std::uint32_t triangle, int corner) const {

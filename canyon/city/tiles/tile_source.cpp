@@ -179,7 +179,7 @@ void TileSource::download(const std::vector<std::string>& addresses) {
     options.timeout_s = options_.timeout_s;
     options.largest = kLargestTile;
     options.elsewhere = options_.elsewhere;
-    buildings::http_get_all(left, options, [&](std::size_t i, buildings::HttpAnswer&& answer) {
+    buildings::http_get_all(left, options, [&](std::size_t i, buildings::HttpResponse&& answer) {
       const std::string& address = left[i];
       const bool busy = answer.status == 429 || answer.status >= 500;
       if (busy && attempt < kTries) {

@@ -203,18 +203,18 @@ std::string end_fault(const OptionsRequest& request, const Receivers& receivers)
 }  // namespace
 
 std::string perform(const OptionsRequest& request, const Receivers& receivers) {
-  const Receivers asked = meant_by(request, receivers);
+  const Receivers requested = meant_by(request, receivers);
   switch (request.kind) {
     case OptionsRequest::Kind::Get:
-      return get(request, asked);
+      return get(request, requested);
     case OptionsRequest::Kind::Set:
-      return set(request, asked);
+      return set(request, requested);
     case OptionsRequest::Kind::Faults:
-      return faults(asked);
+      return faults(requested);
     case OptionsRequest::Kind::AddFault:
-      return add_fault(request, asked);
+      return add_fault(request, requested);
     case OptionsRequest::Kind::EndFault:
-      return end_fault(request, asked);
+      return end_fault(request, requested);
   }
   return {};
 }
@@ -227,13 +227,13 @@ std::string answer(const OptionsRequest& request, const Receivers& receivers) {
   }
 }
 
-std::string OptionsDesk::ask(OptionsRequest request, std::chrono::milliseconds patience) {
+std::string OptionsDesk::submit(OptionsRequest request, std::chrono::milliseconds patience) {
   const auto mine = std::make_shared<Waiting>();
   mine->request = std::move(request);
   std::unique_lock lock(mutex_);
   if (!closed_) {
     waiting_.push_back(mine);
-    somebody_ = true;
+    has_requests_ = true;
     answered_.wait_for(lock, patience, [&] { return mine->done || closed_; });
     const auto at = std::find(waiting_.begin(), waiting_.end(), mine);
     if (at == waiting_.end()) {
@@ -249,12 +249,12 @@ std::string OptionsDesk::ask(OptionsRequest request, std::chrono::milliseconds p
 }
 
 void OptionsDesk::serve(const std::function<std::vector<AdjustableReceiver>()>& receivers) {
-  if (!somebody_) return;
+  if (!has_requests_) return;
   std::deque<std::shared_ptr<Waiting>> taken;
   {
     const std::lock_guard lock(mutex_);
     taken.swap(waiting_);
-    somebody_ = false;
+    has_requests_ = false;
   }
   for (const std::shared_ptr<Waiting>& each : taken) {
     std::string text;
@@ -276,7 +276,7 @@ void OptionsDesk::close() {
   answered_.notify_all();
 }
 
-ServiceReply FaultAnswerer::call(OptionsRequest::Kind kind, const std::string& text) const {
+ServiceReply FaultRequestHandler::call(OptionsRequest::Kind kind, const std::string& text) const {
   if (!changes && kind != OptionsRequest::Kind::Faults)
     return {false, fmt::format("{}services may not change this simulation; {}", kRefused, allow_by)};
   std::string logged = answer({kind, {}, text});

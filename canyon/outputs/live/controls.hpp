@@ -63,7 +63,7 @@ class OptionsDesk {
   static constexpr std::chrono::milliseconds kPatience{1000};
 
   /// For any thread but the host's. Waits for the response; "refused: ..." if not served within `patience`.
-  [[nodiscard]] std::string ask(OptionsRequest request, std::chrono::milliseconds patience = kPatience);
+  [[nodiscard]] std::string submit(OptionsRequest request, std::chrono::milliseconds patience = kPatience);
   /// Handles queued requests. For the host's thread, at every update, paused or not. `receivers` is called
   /// only if there are requests.
   void serve(const std::function<std::vector<AdjustableReceiver>()>& receivers);
@@ -79,7 +79,7 @@ class OptionsDesk {
   std::mutex mutex_;
   std::condition_variable answered_;
   std::deque<std::shared_ptr<Waiting>> waiting_;
-  std::atomic<bool> somebody_{false};
+  std::atomic<bool> has_requests_{false};
   bool closed_ = false;
 };
 
@@ -101,7 +101,7 @@ struct ServiceReply {
 };
 
 /// Handles the fault services of one receiver, in the thread of the caller.
-struct FaultAnswerer {
+struct FaultRequestHandler {
   std::function<std::string(const OptionsRequest&)> answer;
   bool changes = false;       ///< requests may change the simulation
   std::string allow_by = {};  ///< how to allow them, "set the parameter live.changes"

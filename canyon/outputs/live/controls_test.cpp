@@ -67,7 +67,7 @@ TEST(RunningOptions, ARequestNamesNoFileButProfilesBesideTheScenario) {
 
 class OptionsDeskTest : public testing::Test {
  protected:
-  std::string ask(Kind kind, const std::string& name, const std::string& text) {
+  std::string submit(Kind kind, const std::string& name, const std::string& text) {
     return answer({kind, name, text}, both_);
   }
   simulation::LiveReceiver car_ = receiver(), drone_ = receiver();
@@ -76,45 +76,45 @@ class OptionsDeskTest : public testing::Test {
 };
 
 TEST_F(OptionsDeskTest, GetsAKeyASectionOrEverything) {
-  EXPECT_EQ(ask(Kind::Get, "car", "elevation_mask_deg"), "elevation_mask_deg: 5");
-  EXPECT_EQ(ask(Kind::Get, "", " elevation_mask_deg "),
+  EXPECT_EQ(submit(Kind::Get, "car", "elevation_mask_deg"), "elevation_mask_deg: 5");
+  EXPECT_EQ(submit(Kind::Get, "", " elevation_mask_deg "),
             "car:\n  elevation_mask_deg: 5\ndrone:\n  elevation_mask_deg: 5");
-  EXPECT_THAT(ask(Kind::Get, "drone", "clock"),
+  EXPECT_THAT(submit(Kind::Get, "drone", "clock"),
               AllOf(HasSubstr("clock.bias_s: 0"), Not(HasSubstr("elevation"))));
-  EXPECT_THAT(ask(Kind::Get, "drone", ""),
+  EXPECT_THAT(submit(Kind::Get, "drone", ""),
               AllOf(HasSubstr("clock.bias_s: 0"), HasSubstr("elevation_mask_deg: 5")));
-  EXPECT_THAT(ask(Kind::Get, "car", "elevation_mask"),
+  EXPECT_THAT(submit(Kind::Get, "car", "elevation_mask"),
               AllOf(StartsWith("refused: "), HasSubstr("did you mean 'elevation_mask_deg'?")));
-  EXPECT_THAT(ask(Kind::Get, "boat", ""), AllOf(StartsWith("refused: "), HasSubstr("car, drone")));
+  EXPECT_THAT(submit(Kind::Get, "boat", ""), AllOf(StartsWith("refused: "), HasSubstr("car, drone")));
   EXPECT_THAT(answer({Kind::Get, "", ""}, {}), HasSubstr("there is no receiver"));
 }
 
 TEST_F(OptionsDeskTest, SetsWhatItIsToldAndSaysWhatChanged) {
-  EXPECT_EQ(ask(Kind::Set, "car", "elevation_mask_deg: 25"), "set car: elevation_mask_deg: 5 -> 25");
+  EXPECT_EQ(submit(Kind::Set, "car", "elevation_mask_deg: 25"), "set car: elevation_mask_deg: 5 -> 25");
   EXPECT_EQ(changed_, 1);
-  EXPECT_EQ(ask(Kind::Get, "", "elevation_mask_deg"),
+  EXPECT_EQ(submit(Kind::Get, "", "elevation_mask_deg"),
             "car:\n  elevation_mask_deg: 25\ndrone:\n  elevation_mask_deg: 5");
-  EXPECT_EQ(ask(Kind::Set, "", "elevation_mask_deg: 25"), "set drone: elevation_mask_deg: 5 -> 25");
-  EXPECT_THAT(ask(Kind::Set, "", "{clock: {bias_s: 1.0e-3}, elevation_mask_deg: 25}"),
+  EXPECT_EQ(submit(Kind::Set, "", "elevation_mask_deg: 25"), "set drone: elevation_mask_deg: 5 -> 25");
+  EXPECT_THAT(submit(Kind::Set, "", "{clock: {bias_s: 1.0e-3}, elevation_mask_deg: 25}"),
               AllOf(HasSubstr("set car: clock.bias_s: 0 -> 0.001"), HasSubstr("set drone: clock.bias_s")));
-  EXPECT_THAT(ask(Kind::Set, "car", "elevation_mask_deg: 25"), StartsWith("unchanged"));
+  EXPECT_THAT(submit(Kind::Set, "car", "elevation_mask_deg: 25"), StartsWith("unchanged"));
   EXPECT_EQ(changed_, 2);
 }
 
 TEST_F(OptionsDeskTest, PutsFaultsOnTheTimelineAndEndsThem) {
-  EXPECT_EQ(ask(Kind::Faults, "", ""), "none");
-  EXPECT_EQ(ask(Kind::AddFault, "car", "{name: dark, duration_s: 5, outage: {}}"), "added car: dark");
-  EXPECT_EQ(ask(Kind::Faults, "", ""), "car: dark (outage) from 0 s until 5 s, at work");
+  EXPECT_EQ(submit(Kind::Faults, "", ""), "none");
+  EXPECT_EQ(submit(Kind::AddFault, "car", "{name: dark, duration_s: 5, outage: {}}"), "added car: dark");
+  EXPECT_EQ(submit(Kind::Faults, "", ""), "car: dark (outage) from 0 s until 5 s, at work");
   const simulation::RigidPose at{{0, 0, 2}};
   EXPECT_FALSE(car_.observe(1, at).epoch.observed.fix.solved());
-  EXPECT_EQ(ask(Kind::EndFault, "", " dark "), "ended car: dark");
+  EXPECT_EQ(submit(Kind::EndFault, "", " dark "), "ended car: dark");
   EXPECT_TRUE(car_.observe(2, at).epoch.observed.fix.solved());
-  EXPECT_THAT(ask(Kind::EndFault, "", "dark"), StartsWith("refused: "));
-  EXPECT_THAT(ask(Kind::AddFault, "", "{outage: {satelites: [G05]}}"), StartsWith("refused: "));
+  EXPECT_THAT(submit(Kind::EndFault, "", "dark"), StartsWith("refused: "));
+  EXPECT_THAT(submit(Kind::AddFault, "", "{outage: {satelites: [G05]}}"), StartsWith("refused: "));
   // Times of epochs are sums that end in 20.700000000000003.
   (void)car_.observe(207 * 0.1, at);
-  ask(Kind::AddFault, "car", "{name: late, duration_s: 5, outage: {}}");
-  EXPECT_THAT(ask(Kind::Faults, "car", ""), HasSubstr("late (outage) from 20.7 s until 25.7 s"));
+  submit(Kind::AddFault, "car", "{name: late, duration_s: 5, outage: {}}");
+  EXPECT_THAT(submit(Kind::Faults, "car", ""), HasSubstr("late (outage) from 20.7 s until 25.7 s"));
   EXPECT_EQ(changed_, 0);
 }
 
@@ -122,10 +122,10 @@ TEST_F(OptionsDeskTest, RefusesWhatCannotBeAndChangesNothing) {
   for (const char* wrong : {"elevation_mask_deg: 100", "elevation_mask_deg: high", "no_such_key: 1",
                             "sky: {systems: [GPS]}", "start: 2026-06-02T08:00:00Z", "name: other", "- a\n- b",
                             "elevation_mask_deg: 30\nclock: {bias_s: .nan}"}) {
-    EXPECT_THAT(ask(Kind::Set, "", wrong), StartsWith("refused: ")) << wrong;
+    EXPECT_THAT(submit(Kind::Set, "", wrong), StartsWith("refused: ")) << wrong;
   }
   EXPECT_EQ(changed_, 0);
-  EXPECT_EQ(ask(Kind::Get, "", "elevation_mask_deg"),
+  EXPECT_EQ(submit(Kind::Get, "", "elevation_mask_deg"),
             "car:\n  elevation_mask_deg: 5\ndrone:\n  elevation_mask_deg: 5");
 }
 
@@ -136,7 +136,7 @@ TEST_F(OptionsDeskTest, AChangedReceiverIsThatOfItsOptions) {
   const simulation::RigidPose at{{0, 0, 2}};
   int compared = 0;
   (void)car_.observe(0, at);
-  ASSERT_THAT(ask(Kind::Set, "car", text), StartsWith("set car: "));
+  ASSERT_THAT(submit(Kind::Set, "car", text), StartsWith("set car: "));
   for (int i = 1; i <= 3; ++i) {
     const auto changed = car_.observe(i, at), expected = built.observe(i, at);
     ASSERT_FALSE(expected.epoch.observed.satellites.empty());
@@ -172,30 +172,30 @@ TEST_F(OptionsDeskTest, AnotherRateAloneLeavesTheReceiverAsItIs) {
 
 TEST_F(OptionsDeskTest, AnswersFromTheHostsThread) {
   OptionsDesk desk;
-  auto asked = std::async(std::launch::async, [&] {
-    return desk.ask({Kind::Set, "car", "elevation_mask_deg: 12"}, std::chrono::seconds(20));
+  auto requested = std::async(std::launch::async, [&] {
+    return desk.submit({Kind::Set, "car", "elevation_mask_deg: 12"}, std::chrono::seconds(20));
   });
   int looked = 0;
-  while (asked.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) {
+  while (requested.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) {
     desk.serve([&] {
       ++looked;
       return both_;
     });
   }
-  EXPECT_EQ(asked.get(), "set car: elevation_mask_deg: 5 -> 12");
+  EXPECT_EQ(requested.get(), "set car: elevation_mask_deg: 5 -> 12");
   EXPECT_EQ(looked, 1) << "receivers are gathered for requests alone";
 }
 
 TEST_F(OptionsDeskTest, NobodyWaitsForAHostThatDoesNotServe) {
   OptionsDesk desk;
-  EXPECT_THAT(desk.ask({Kind::Get, "", ""}, std::chrono::milliseconds(5)),
+  EXPECT_THAT(desk.submit({Kind::Get, "", ""}, std::chrono::milliseconds(5)),
               HasSubstr("the simulation made no update within 5 ms; nothing has changed"));
   auto waiting = std::async(std::launch::async, [&] {
-    return desk.ask({Kind::Get, "", ""}, std::chrono::seconds(60));
+    return desk.submit({Kind::Get, "", ""}, std::chrono::seconds(60));
   });
   desk.close();
   EXPECT_EQ(waiting.get(), "refused: the world has ended");
-  EXPECT_EQ(desk.ask({Kind::Get, "", ""}, std::chrono::seconds(60)), "refused: the world has ended");
+  EXPECT_EQ(desk.submit({Kind::Get, "", ""}, std::chrono::seconds(60)), "refused: the world has ended");
 }
 
 }  // namespace

@@ -83,8 +83,8 @@ struct Vehicle {
   std::shared_ptr<transport::Link> link;
   int listener = 0;
   std::vector<Schedule> receivers;
-  std::uint64_t asked_at_count = 0;  ///< number of poses at the last request for poses
-  int silent_s = 0;                  ///< seconds without a pose
+  std::uint64_t requested_at_count = 0;  ///< number of poses at the last request for poses
+  int silent_s = 0;                      ///< seconds without a pose
   /// Poses as smooth motion for sensors, if a receiver or an output needs them.
   std::optional<simulation::SmoothPoses> motion = {};
   bool warned_sparse = false;
@@ -696,7 +696,7 @@ struct Session::Impl {
             vehicle.source->options().from, *sparse_s));
       }
       const bool silent =
-          std::exchange(vehicle.asked_at_count, vehicle.source->count()) == vehicle.source->count();
+          std::exchange(vehicle.requested_at_count, vehicle.source->count()) == vehicle.source->count();
       vehicle.silent_s = silent ? vehicle.silent_s + 1 : 0;
       if (constexpr int kLong_s = 5; vehicle.link && vehicle.silent_s == kLong_s) {
         note(fmt::format("poses from {}: none received {}", vehicle.source->options().from,

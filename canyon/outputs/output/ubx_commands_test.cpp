@@ -246,17 +246,17 @@ TEST(UbxDevice, KeepsWhatIsSavedOverARestart) {
 TEST(UbxDevice, AsksTheReceiverToRestart) {
   using disturbance::RestartKind;
   const auto encoder = encode_ubx(ReceiverDescription{"rover"});
-  const auto asked = [&](std::uint64_t forgotten, std::uint64_t mode) {
+  const auto requested = [&](std::uint64_t forgotten, std::uint64_t mode) {
     EXPECT_EQ(encoder->receive(0, ubx::frame(0x0604, Payload().u2(forgotten).u1(mode).u1(0).bytes())), "");
     const auto kind = encoder->take_restart();
     EXPECT_FALSE(encoder->take_restart()) << "told once";
     return kind;
   };
-  EXPECT_EQ(asked(0, 0), RestartKind::Hot);
-  EXPECT_EQ(asked(1, 1), RestartKind::Warm);
-  EXPECT_EQ(asked(0xFFFF, 2), RestartKind::Cold);
-  EXPECT_EQ(asked(0xFFFF, 8), std::nullopt) << "a controlled stop";
-  EXPECT_EQ(asked(0xFFFF, 9), RestartKind::Cold) << "and start";
+  EXPECT_EQ(requested(0, 0), RestartKind::Hot);
+  EXPECT_EQ(requested(1, 1), RestartKind::Warm);
+  EXPECT_EQ(requested(0xFFFF, 2), RestartKind::Cold);
+  EXPECT_EQ(requested(0xFFFF, 8), std::nullopt) << "a controlled stop";
+  EXPECT_EQ(requested(0xFFFF, 9), RestartKind::Cold) << "and start";
 }
 
 TEST(UbxDevice, ListsItsKeysInPieces) {

@@ -108,7 +108,7 @@ class ProbeTest : public testing::Test {
     simulation_ = std::make_unique<simulation::Simulation>(scenario(), scene_);
     probe_ = std::make_unique<Probe>(*simulation_, scene_, 12);
   }
-  [[nodiscard]] Json ask(const Json& question) { return Json::parse(probe_->answer(question.dump())); }
+  [[nodiscard]] Json submit(const Json& question) { return Json::parse(probe_->answer(question.dump())); }
   static Json question(const Eigen::Vector3d& point, double time_s = 0, int receiver = 0) {
     return {
         {"type", "probe"},  {"version", 1},
@@ -128,7 +128,7 @@ TEST_F(ProbeTest, IsTheFirstEpochOfAReceiverThere) {
   ASSERT_EQ(run.positions.size(), 2U);
   for (int receiver = 0; receiver < 2; ++receiver) {
     const auto r = static_cast<std::size_t>(receiver);
-    const Json answer = ask(question(run.positions[r], 0, receiver));
+    const Json answer = submit(question(run.positions[r], 0, receiver));
     EXPECT_EQ(answer["type"], "epoch");
     EXPECT_EQ(answer["version"], 1);
     EXPECT_EQ(answer["id"], 7);
@@ -158,9 +158,9 @@ TEST_F(ProbeTest, IsTheFirstEpochOfAReceiverThere) {
 }
 
 TEST_F(ProbeTest, AnswersTheSameAgainAndSaysWhereAnAntennaCannotBe) {
-  const Json first = ask(question({38, 38, 1.5}, 5, 1));
-  EXPECT_EQ(ask(question({38, 60, 10}, 2, 0))["type"], "epoch");
-  EXPECT_EQ(ask(question({38, 38, 1.5}, 5, 1)), first);
+  const Json first = submit(question({38, 38, 1.5}, 5, 1));
+  EXPECT_EQ(submit(question({38, 60, 10}, 2, 0))["type"], "epoch");
+  EXPECT_EQ(submit(question({38, 38, 1.5}, 5, 1)), first);
   // Inside the first building of the city, at half its height.
   const city::Object& building = scene_->city.mesh.objects.at(1);
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
@@ -169,7 +169,7 @@ TEST_F(ProbeTest, AnswersTheSameAgainAndSaysWhereAnAntennaCannotBe) {
       middle += scene_->city.mesh.vertices[v] / (3.0 * building.triangle_count);
     }
   }
-  const auto inside = columns_of(unpacked(ask(question(middle))["chunk"]));
+  const auto inside = columns_of(unpacked(submit(question(middle))["chunk"]));
   EXPECT_EQ(inside.at("epochs.placement"),
             std::vector<double>{static_cast<double>(scene_->scene.containment(middle))});
   EXPECT_NE(inside.at("epochs.placement").front(), 0);
@@ -213,7 +213,7 @@ TEST_F(ProbeTest, SaysInOneMessageWhatIsWrong) {
   EXPECT_THAT(complaint(posed("north_m", 1e6)), HasSubstr("'north_m' is 1000000"));
   EXPECT_THAT(complaint(posed("east_m", "here")), HasSubstr("'east_m' is not a number"));
   EXPECT_EQ(Json::parse(probe_->answer(changed("time_s", 99)))["id"], 7);
-  EXPECT_EQ(ask(question({38, 38, 1.5}))["type"], "epoch");  // and continues
+  EXPECT_EQ(submit(question({38, 38, 1.5}))["type"], "epoch");  // and continues
 }
 
 // A live run has the same sky at the same time, and no end.

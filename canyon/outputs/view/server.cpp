@@ -136,13 +136,13 @@ class Socket : public std::enable_shared_from_this<Socket> {
       if (error) return self->leave();
       std::string message = beast::buffers_to_string(self->buffer_.data());
       self->buffer_.consume(self->buffer_.size());
-      self->ask(std::move(message));
+      self->submit(std::move(message));
     });
   }
 
   /// The next message is read when the answer to this one is taken: who asks without end waits in line, and
   /// who takes no answer gets no more.
-  void ask(std::string message) {
+  void submit(std::string message) {
     if (!shared_->site.answer) return read();
     asio::post(*shared_->work, [self = shared_from_this(), message = std::move(message)]() mutable {
       std::string answer;

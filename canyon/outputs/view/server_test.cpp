@@ -141,24 +141,25 @@ TEST_F(ServerTest, RefusesWhatLiesOutsideItsFolder) {
 
 TEST_F(ServerTest, RefusesOtherHostsAndOrigins) {
   const Server server(site());
-  const auto ask = [&](const std::string& headers) {
+  const auto request = [&](const std::string& headers) {
     Client client(server);
     client.write("GET / HTTP/1.1\r\nConnection: close\r\n" + headers + "\r\n");
     return client.rest();
   };
   const std::string port = std::to_string(server.port());
-  EXPECT_THAT(ask(host(server)), StartsWith("HTTP/1.1 200"));
-  EXPECT_THAT(ask("Host: localhost:" + port + "\r\n"), StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(request(host(server)), StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(request("Host: localhost:" + port + "\r\n"), StartsWith("HTTP/1.1 200"));
   // A name resolved to 127.0.0.1 by an attacker's DNS; another port; none; two.
   for (const std::string& other :
        {std::string("Host: evil.example:") + port + "\r\n", std::string("Host: 127.0.0.1\r\n"),
         std::string("Host: 127.0.0.1:1\r\n"), std::string(), host(server) + host(server)}) {
-    EXPECT_THAT(ask(other), StartsWith("HTTP/1.1 403")) << other;
+    EXPECT_THAT(request(other), StartsWith("HTTP/1.1 403")) << other;
   }
-  EXPECT_THAT(ask(host(server) + "Origin: http://127.0.0.1:" + port + "\r\n"), StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(request(host(server) + "Origin: http://127.0.0.1:" + port + "\r\n"),
+              StartsWith("HTTP/1.1 200"));
   for (const char* origin :
        {"http://evil.example", "https://127.0.0.1", "null", "http://127.0.0.1:1", "file://"}) {
-    EXPECT_THAT(ask(host(server) + "Origin: " + origin + "\r\n"), StartsWith("HTTP/1.1 403")) << origin;
+    EXPECT_THAT(request(host(server) + "Origin: " + origin + "\r\n"), StartsWith("HTTP/1.1 403")) << origin;
   }
 }
 
@@ -256,22 +257,22 @@ TEST_F(ServerTest, TakesNoWebSocketOfAnotherOrigin) {
 }
 
 TEST_F(ServerTest, AsksNoMoreForAClientThatTakesNoAnswer) {
-  std::atomic<int> asked{0};
+  std::atomic<int> requested{0};
   ServedSite large = site();
   large.answer = [&](const std::string&) {
-    ++asked;
+    ++requested;
     return std::string(1 << 20, 'x');
   };
   const Server server(large);
   Listener listener(server);
   for (int i = 0; i < 200; ++i) listener.write("more");
-  EXPECT_TRUE(comes_true([&] { return asked > 0; }));
+  EXPECT_TRUE(comes_true([&] { return requested > 0; }));
   // Requests in the system's buffers may be answered; a second suffices for all 200.
   const auto until = Clock::now() + std::chrono::seconds(1);
-  EXPECT_TRUE(comes_true([&] { return asked == 200 || Clock::now() > until; }));
-  EXPECT_LT(asked, 60);
+  EXPECT_TRUE(comes_true([&] { return requested == 200 || Clock::now() > until; }));
+  EXPECT_LT(requested, 60);
   for (int i = 0; i < 200; ++i) EXPECT_EQ(listener.read().size(), std::size_t{1} << 20);
-  EXPECT_EQ(asked, 200);
+  EXPECT_EQ(requested, 200);
 }
 
 TEST_F(ServerTest, EndsAClientWhoseMessageIsTooLong) {

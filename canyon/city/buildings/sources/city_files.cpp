@@ -54,14 +54,14 @@ bool reaches_box(const GmlEnvelope& envelope, CityModel& model) {
 /// The handedness() of most of a file's first objects.
 int handedness_of(const std::filesystem::path& file, const OpenBytes& open) {
   constexpr int kObjects = 100;
-  int asked = 0, reported = 0, sum = 0;
+  int requested = 0, reported = 0, sum = 0;
   GmlSink sink;
   sink.envelope = [](const GmlEnvelope&) { return true; };
   sink.member = [&](const GmlElement& object) {
     const int hand = handedness(object);
     reported += std::abs(hand);
     sum += hand;
-    return ++asked < kObjects;
+    return ++requested < kObjects;
   };
   read_gml(file, open(), sink);
   return 2 * std::abs(sum) > reported ? (sum > 0 ? 1 : -1) : 0;
@@ -120,7 +120,7 @@ bool read_citygml(const std::filesystem::path& file, const OpenBytes& open, City
   bool reached = true;
   std::size_t number = 0;
   const GmlLibrary none;
-  model.ask_handedness([&] { return handedness_of(file, open); });
+  model.query_handedness([&] { return handedness_of(file, open); });
   GmlSink sink;
   sink.envelope = [&](const GmlEnvelope& envelope) { return reached = reaches_box(envelope, model); };
   sink.member = [&](const GmlElement& object) {

@@ -76,7 +76,7 @@ class CityModel {
   /// Returns whether the file's objects have east first (1), north first (-1), or neither (0). Called if the
   /// authority lists north first and both orders are in the system's area of use.
   using Handedness = std::function<int()>;
-  void ask_handedness(Handedness handedness) { handedness_ = std::move(handedness); }
+  void query_handedness(Handedness handedness) { handedness_ = std::move(handedness); }
   /// The point with east (or longitude) first, by the axis order of the file. This order is decided once for
   /// a file and system, by the first point whose position is unambiguous.
   [[nodiscard]] Eigen::Vector3d east_first(std::size_t system, const Eigen::Vector3d& point);

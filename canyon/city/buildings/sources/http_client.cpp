@@ -25,7 +25,7 @@ constexpr const char* kUserAgent = "Canyon/0.1 (GNSS receiver emulator; reads ma
 
 /// A reply during reception.
 struct Incoming {
-  HttpAnswer answer;
+  HttpResponse answer;
   std::uint64_t largest = 0;
   bool too_large = false;
   bool elsewhere = false;    ///< redirects to other servers are followed
@@ -98,7 +98,7 @@ extern "C" std::size_t canyon_http_body(char* data, std::size_t size, std::size_
 
 extern "C" std::size_t canyon_http_header(char* data, std::size_t size, std::size_t count, void* user) {
   auto& incoming = *static_cast<Incoming*>(user);
-  HttpAnswer& answer = incoming.answer;
+  HttpResponse& answer = incoming.answer;
   const std::string line(data, size * count);
   const std::string name = lower_case(std::string_view(line).substr(0, line.find(':')));
   const std::string value(trim(std::string_view(line).substr(std::min(name.size() + 1, line.size()))));
@@ -173,7 +173,7 @@ struct Request {
   }
 
   /// The reply of a completed request. Throws InputError if it is incomplete.
-  HttpAnswer answer(CURLcode code) {
+  HttpResponse answer(CURLcode code) {
     if (code != CURLE_OK) fail(code);
     long status = 0;
     curl_easy_getinfo(handle.get(), CURLINFO_RESPONSE_CODE, &status);
@@ -226,7 +226,7 @@ struct Request {
 }  // namespace
 
 void http_get_all(const std::vector<std::string>& urls, const HttpGetOptions& options,
-                  const std::function<void(std::size_t, HttpAnswer&&)>& done) {
+                  const std::function<void(std::size_t, HttpResponse&&)>& done) {
   require_curl();
   const std::unique_ptr<CURLM, decltype(&curl_multi_cleanup)> multi(curl_multi_init(), &curl_multi_cleanup);
   if (!multi) throw InputError("libcurl cannot make requests");
@@ -252,7 +252,7 @@ void http_get_all(const std::vector<std::string>& urls, const HttpGetOptions& op
       const CURLcode code = message->data.result;
       const auto ended = running.extract(message->easy_handle);
       curl_multi_remove_handle(multi.get(), ended.key());
-      HttpAnswer answer;
+      HttpResponse answer;
       try {
         answer = ended.mapped()->answer(code);
       } catch (const InputError& error) {
@@ -284,7 +284,7 @@ std::string resolve_url(const std::string& base, const std::string& relative) {
   return url;
 }
 
-HttpAnswer http_post(const std::string& url, const std::string& data, int timeout_s) {
+HttpResponse http_post(const std::string& url, const std::string& data, int timeout_s) {
   require_curl();
   HttpGetOptions options;
   options.timeout_s = timeout_s;

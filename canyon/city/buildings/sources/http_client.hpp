@@ -10,7 +10,7 @@
 
 namespace canyon::buildings {
 
-struct HttpAnswer {
+struct HttpResponse {
   int status = 0;  ///< 200, 404, ...; 0: no response
   std::string body;
   std::optional<double> retry_after_s;  ///< of the Retry-After header, as seconds or as a date; not negative
@@ -24,7 +24,7 @@ struct HttpAnswer {
 /// InputError: unreachable host, refused, timed out, connection closed before the end of the reply, reply
 /// over 1 GiB, a redirect that http_get_all() does not follow either.
 /// @param timeout_s of the whole request, > 0
-[[nodiscard]] HttpAnswer http_post(const std::string& url, const std::string& data, int timeout_s);
+[[nodiscard]] HttpResponse http_post(const std::string& url, const std::string& data, int timeout_s);
 
 struct HttpGetOptions {
   int timeout_s = 30;                              ///< of a connection, and of a server that stops sending
@@ -38,7 +38,7 @@ struct HttpGetOptions {
 /// nor from a public address to a private one. `done` is called with the number of each address, in the order
 /// of completion. Throws exceptions of `done`; the problem of a single address is in its answer.
 void http_get_all(const std::vector<std::string>& urls, const HttpGetOptions& options,
-                  const std::function<void(std::size_t, HttpAnswer&&)>& done);
+                  const std::function<void(std::size_t, HttpResponse&&)>& done);
 
 /// Whether an IP address is of this machine or a private network (RFC 1918, 3927, 4193, 6598); false for
 /// other texts.

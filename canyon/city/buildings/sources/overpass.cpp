@@ -51,10 +51,10 @@ std::string excerpt(std::string_view body) {
 }
 
 /// Sends a query, and retries if the server is busy. Returns the body of a reply with status 200.
-std::string ask(const std::string& query, const OverpassOptions& options) {
+std::string send_query(const std::string& query, const OverpassOptions& options) {
   double wait_s = kFirstWait_s;
   for (int attempt = 0;; ++attempt) {
-    HttpAnswer reply = http_post(options.url, query, options.timeout_s);
+    HttpResponse reply = http_post(options.url, query, options.timeout_s);
     if (reply.status == 200) return std::move(reply.body);
     const bool busy = reply.status == 429 || (reply.status >= 500 && reply.status <= 599);
     if (!busy || attempt >= options.retries) {
@@ -282,7 +282,7 @@ std::vector<std::filesystem::path> download_osm(
     const std::filesystem::path file =
         folder / fmt::format("osm_{:.5f}_{:.5f}_{:016x}.osm", tile.south, tile.west, hash);
     if (!is_kept(file)) {
-      const std::string body = ask(map_query(tile, options), options);
+      const std::string body = send_query(map_query(tile, options), options);
       check_osm(body, options);
       write_own_file(file, body);
     }
@@ -309,8 +309,8 @@ LonLatBox find_named_area(const std::string& name, const OverpassOptions& option
   const std::uint64_t hash = fnv1a(options.url + '\n' + named_area_query(pieces, 0));
   const std::filesystem::path file = folder / fmt::format("place_{:016x}.json", hash);
   const bool kept = is_kept(file);
-  const std::string body =
-      kept ? std::string(TextFile(file).text()) : ask(named_area_query(pieces, options.timeout_s), options);
+  const std::string body = kept ? std::string(TextFile(file).text())
+                                : send_query(named_area_query(pieces, options.timeout_s), options);
   bool point = false;
   const std::vector<Found> points = areas_of(body, options, point);
   if (points.empty()) {

@@ -123,9 +123,9 @@ class Overpass : public ::testing::Test {
   /// The error message of a download of the box, with a server's responses.
   std::string download_problem(const std::vector<std::string>& replies, int timeout_s = 20) {
     const StoredServer server(replies);
-    OverpassOptions asked = options(server);
-    asked.timeout_s = timeout_s;
-    const std::string what = test::refusal([&] { (void)download_osm(kBox, asked); });
+    OverpassOptions requested = options(server);
+    requested.timeout_s = timeout_s;
+    const std::string what = test::refusal([&] { (void)download_osm(kBox, requested); });
     EXPECT_THAT(files(), IsEmpty()) << what;
     return what;
   }
@@ -168,14 +168,14 @@ TEST_F(Overpass, AnAnswerIsKeptAndReadsAsAMap) {
 
 TEST_F(Overpass, FoliageIsAnotherQuestion) {
   const StoredServer server({reply("200 OK", map_), reply("200 OK", map_)});
-  OverpassOptions asked = options(server);
-  const auto without = download_osm(kBox, asked);
-  asked.foliage = true;
-  EXPECT_NE(download_osm(kBox, asked), without);
+  OverpassOptions requested = options(server);
+  const auto without = download_osm(kBox, requested);
+  requested.foliage = true;
+  EXPECT_NE(download_osm(kBox, requested), without);
   ASSERT_THAT(server.requests(), SizeIs(2));
   EXPECT_THAT(server.requests()[1], HasSubstr("tree_row"));
-  asked.timeout_s = 30;  // but another timeout is not
-  EXPECT_THAT(download_osm(kBox, asked), SizeIs(1));
+  requested.timeout_s = 30;  // but another timeout is not
+  EXPECT_THAT(download_osm(kBox, requested), SizeIs(1));
 }
 
 TEST_F(Overpass, ABusyServerIsAskedAgain) {
@@ -227,12 +227,12 @@ TEST_F(Overpass, ASilentServerRunsOutOfTime) {
 }
 
 TEST_F(Overpass, OfflineIsSaidPlainly) {
-  OverpassOptions asked;
+  OverpassOptions requested;
   {
     const StoredServer gone({});
-    asked = options(gone);
+    requested = options(gone);
   }
-  EXPECT_THAT(test::refusal([&] { (void)download_osm(kBox, asked); }),
+  EXPECT_THAT(test::refusal([&] { (void)download_osm(kBox, requested); }),
               AllOf(HasSubstr("cannot reach 127.0.0.1: "), HasSubstr("; check the network, or give a file")));
 }
 
@@ -244,13 +244,13 @@ TEST_F(Overpass, AnInterruptedDownloadGoesOn) {
   const auto progress = [&](std::size_t done, std::size_t) { steps.push_back(done); };
   const StoredServer server(
       {reply("200 OK", map_), reply("500 Internal Server Error", ""), reply("200 OK", map_)});
-  OverpassOptions asked = options(server);
-  asked.retries = 0;
-  EXPECT_THAT(test::refusal([&] { (void)download_osm(wide, asked, progress); }),
+  OverpassOptions requested = options(server);
+  requested.retries = 0;
+  EXPECT_THAT(test::refusal([&] { (void)download_osm(wide, requested, progress); }),
               HasSubstr("HTTP status 500"));
   EXPECT_THAT(steps, ElementsAre(1));
   EXPECT_THAT(files(), SizeIs(1));
-  const auto paths = download_osm(wide, asked, progress);
+  const auto paths = download_osm(wide, requested, progress);
   EXPECT_THAT(steps, ElementsAre(1, 1, 2));
   ASSERT_THAT(paths, SizeIs(2));
   EXPECT_THAT(server.requests(), SizeIs(3));
@@ -267,9 +267,9 @@ TEST_F(Overpass, FollowsARedirectAsPost) {
   ASSERT_THAT(target.requests(), SizeIs(1));
   EXPECT_THAT(target.requests()[0], AllOf(HasSubstr("POST "), HasSubstr("data=")));
   const StoredServer sly({reply("302 Found", "", "Location: file:///etc/hostname\r\n")});
-  OverpassOptions asked = options(sly);
-  asked.foliage = true;
-  EXPECT_THAT(test::refusal([&] { (void)download_osm(kBox, asked); }), Not(IsEmpty()));
+  OverpassOptions requested = options(sly);
+  requested.foliage = true;
+  EXPECT_THAT(test::refusal([&] { (void)download_osm(kBox, requested); }), Not(IsEmpty()));
 }
 
 TEST_F(Overpass, OptionsAreChecked) {
@@ -361,19 +361,20 @@ TEST_F(Overpass, SaysWhyAPlaceHasNoBox) {
 
 TEST_F(Overpass, TheCacheIsTheUsers) {
   const StoredServer server({reply("200 OK", map_), reply("200 OK", map_)});
-  OverpassOptions asked = options(server);
-  asked.cache.clear();
+  OverpassOptions requested = options(server);
+  requested.cache.clear();
   const char* kept_xdg = std::getenv("XDG_CACHE_HOME");
   const char* kept_home = std::getenv("HOME");
   const std::string old_xdg = kept_xdg != nullptr ? kept_xdg : "";
   const std::string old_home = kept_home != nullptr ? kept_home : "";
   setenv("XDG_CACHE_HOME", (folder_ / "xdg").c_str(), 1);
-  EXPECT_EQ(download_osm(kBox, asked).at(0).parent_path(), folder_ / "xdg" / "canyon");
+  EXPECT_EQ(download_osm(kBox, requested).at(0).parent_path(), folder_ / "xdg" / "canyon");
   unsetenv("XDG_CACHE_HOME");
   setenv("HOME", folder_.path().c_str(), 1);
-  EXPECT_EQ(download_osm(kBox, asked).at(0).parent_path(), folder_ / ".cache" / "canyon");
+  EXPECT_EQ(download_osm(kBox, requested).at(0).parent_path(), folder_ / ".cache" / "canyon");
   unsetenv("HOME");
-  EXPECT_THAT(test::refusal([&] { (void)download_osm(kBox, asked); }), HasSubstr("no folder for downloads"));
+  EXPECT_THAT(test::refusal([&] { (void)download_osm(kBox, requested); }),
+              HasSubstr("no folder for downloads"));
   if (!old_xdg.empty()) setenv("XDG_CACHE_HOME", old_xdg.c_str(), 1);
   if (!old_home.empty()) setenv("HOME", old_home.c_str(), 1);
 }

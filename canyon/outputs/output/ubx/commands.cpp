@@ -151,7 +151,7 @@ std::int64_t UbxCommands::interval_ms() const {
 }
 
 void UbxCommands::take(MessageId id, std::string_view payload, std::string& answer) {
-  if (answer.size() > kMostAnswer) return;
+  if (answer.size() > kMaxResponse) return;
   if (id >> 8 == 0x06) {
     const Reply reply = configure(static_cast<std::uint8_t>(id & 0xFF), payload, answer);
     if (reply == Reply::Silent) return;

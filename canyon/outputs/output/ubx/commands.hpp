@@ -29,7 +29,7 @@ class Outputs {
 class UbxCommands {
  public:
   /// Responses of one call are cut off after this number of bytes, like a full send buffer.
-  static constexpr std::size_t kMostAnswer = 64 << 10;
+  static constexpr std::size_t kMaxResponse = 64 << 10;
 
   /// @param factory settings from the start; @param systems reported as enabled by CFG-GNSS
   UbxCommands(Generation generation, const Configuration& factory, const std::set<gnss::System>& systems,

@@ -18,8 +18,8 @@ CellRange cell_range(std::size_t satellite, double error_m, const positioning::M
           reported.sigma_m * reported.sigma_m};
 }
 
-CellFix::Answer CellFix::solve(std::span<const CellRange> ranges, bool covariance) {
-  Answer answer;
+CellFix::CellSolution CellFix::solve(std::span<const CellRange> ranges, bool covariance) {
+  CellSolution answer;
   std::array<int, gnss::kSystemCount> count{};
   for (const CellRange& range : ranges)
     ++count[static_cast<std::size_t>(satellites_[range.satellite].system)];
@@ -62,7 +62,7 @@ Eigen::Vector3d CellFix::gain(const CellRange& range) const {
 /// As in positioning::solve_fix(): for equal weights the mean of the variances is used, and residuals may
 /// scale all.
 void CellFix::state_covariance(std::span<const CellRange> ranges, const LinearFix::Unknowns& x,
-                               Answer& answer) const {
+                               CellSolution& answer) const {
   answer.covariance = fix_->covariance();
   double variances = 0, squares = 0;
   for (const CellRange& range : ranges) {

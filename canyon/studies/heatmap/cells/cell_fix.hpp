@@ -99,7 +99,7 @@ struct CellRange {
 /// troposphere's correction is 0.1 % of the vertical error. Not thread-safe.
 class CellFix {
  public:
-  struct Answer {
+  struct CellSolution {
     bool solved = false;
     int used = 0;
     Eigen::Vector3d error = Eigen::Vector3d::Zero();  ///< east, north, up [m]
@@ -111,7 +111,7 @@ class CellFix {
   CellFix(std::vector<FixSatellite> satellites, const positioning::FixOptions& options)
       : satellites_(std::move(satellites)), options_(options) {}
   /// @param covariance compute Answer::covariance
-  [[nodiscard]] Answer solve(std::span<const CellRange> ranges, bool covariance = false);
+  [[nodiscard]] CellSolution solve(std::span<const CellRange> ranges, bool covariance = false);
   /// Change of the position error per metre of error of a range of the last fix.
   [[nodiscard]] Eigen::Vector3d gain(const CellRange& range) const;
 
@@ -120,7 +120,7 @@ class CellFix {
     return clocks_.column[static_cast<std::size_t>(satellites_[range.satellite].system)];
   }
   void state_covariance(std::span<const CellRange> ranges, const LinearFix::Unknowns& x,
-                        Answer& answer) const;
+                        CellSolution& answer) const;
 
   std::vector<FixSatellite> satellites_;
   const positioning::FixOptions& options_;

@@ -73,9 +73,9 @@ struct MovingFixes::TrackFilter {
 MovingFixes::MovingFixes(const TileCells& cells, std::size_t lanes, const Movement& movement)
     : cells_(cells), lanes_(lanes), movement_(movement), fixes_(lanes * cells.state.size()) {}
 
-void MovingFixes::set(std::size_t cell, const std::vector<CellFix::Answer>& answers) {
+void MovingFixes::set(std::size_t cell, const std::vector<CellFix::CellSolution>& answers) {
   for (std::size_t lane = 0; lane < lanes_; ++lane) {
-    const CellFix::Answer& answer = answers[lane];
+    const CellFix::CellSolution& answer = answers[lane];
     if (!answer.solved) continue;
     const double major_m = positioning::horizontal_protection_level_m(answer.covariance, 1);
     fixes_[lane * cells_.state.size() + cell] = {

@@ -28,7 +28,7 @@ class MovingFixes {
   MovingFixes(const TileCells& cells, std::size_t lanes, const Movement& movement);
 
   /// Sets the fixes of a cell in all lanes; different cells may be set from different threads.
-  void set(std::size_t cell, const std::vector<CellFix::Answer>& answers);
+  void set(std::size_t cell, const std::vector<CellFix::CellSolution>& answers);
   /// Call it once, after all cells are set.
   void filter();
   /// Sets the layers of_motion(), after filter().

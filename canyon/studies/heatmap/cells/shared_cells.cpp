@@ -76,7 +76,7 @@ struct Block {
 
 /// Fix of one set of received satellites without excess.
 struct SetSolution {
-  CellFix::Answer fix;
+  CellFix::CellSolution fix;
   std::vector<Vector3d> gains;  ///< [satellite] position error per metre of pseudorange error; 0: not used
   std::vector<double> noise;    ///< [axis][draw] position error by noise
 };

@@ -92,7 +92,7 @@ void cells(benchmark::State& state, const std::vector<Layer>& wanted) {
   int fixes = 0;
   constexpr std::size_t kSolves = 500;
   for (std::size_t i = 0; i < kSolves; ++i) {
-    const test::TileScene::Answer answer = from.reference_fix((i * 317) % 65'536, options);
+    const test::TileScene::Result answer = from.reference_fix((i * 317) % 65'536, options);
     fix_s += answer.solving_s;
     fixes += answer.fix.solved();
   }

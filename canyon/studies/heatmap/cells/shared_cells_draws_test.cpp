@@ -182,7 +182,7 @@ TEST(SharedCells, ADrawIsTheFixOfItsNoise) {
     int fixes = 0, fewer = 0;
     double worst = 0;
     for (std::size_t i = 0; i < 100; ++i) {
-      const TileScene::Answer answer = scene.reference_fix(i, options, noise_m);
+      const TileScene::Result answer = scene.reference_fix(i, options, noise_m);
       if (!answer.fix.solved() || !(maps[2][i] < 100)) continue;
       if (std::hypot(answer.horizontal_m, answer.vertical_m) > 1000) continue;
       ++fixes;

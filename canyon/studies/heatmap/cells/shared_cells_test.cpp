@@ -47,7 +47,7 @@ Agreement compare(const TileScene& scene, const ReceiverOptions& options) {
   const Maps maps = solve(solver, scene, kFixLayers);
   Agreement agreement;
   for (std::size_t i = 0; i < scene.cells.state.size(); ++i) {
-    const TileScene::Answer answer = scene.reference_fix(i, options);
+    const TileScene::Result answer = scene.reference_fix(i, options);
     const bool solved = answer.fix.solved();
     const bool far = solved && std::hypot(answer.horizontal_m, answer.vertical_m) > 1000;
     if (far || maps[4][i] > 100 || std::hypot(maps[0][i], maps[1][i]) > 1000) {

@@ -309,7 +309,7 @@ void SteadyCell::measure(std::size_t satellite) {
 
 void SteadyCell::locate(bool statistics, CellValues& values) {
   values.set_satellites(los_, visible_, blocked_, nlos_, largest_excess_m_);
-  const CellFix::Answer quiet = fix_.solve(ranges_[0], true);
+  const CellFix::CellSolution quiet = fix_.solve(ranges_[0], true);
   values.set(Layer::Availability, quiet.solved ? 1 : 0);
   values.set(Layer::SatellitesUsed, quiet.used);
   if (quiet.solved) {
@@ -324,7 +324,7 @@ void SteadyCell::locate(bool statistics, CellValues& values) {
   if (ranges_.size() == 1) return;
   DrawnFixes fixes;
   for (std::size_t i = 1; i < ranges_.size(); ++i) {
-    const CellFix::Answer answer = fix_.solve(ranges_[i], statistics);
+    const CellFix::CellSolution answer = fix_.solve(ranges_[i], statistics);
     if (answer.solved) fixes.add(answer.error, answer.covariance, limits_);
   }
   const auto draws = static_cast<int>(ranges_.size()) - 1;

@@ -52,7 +52,7 @@ class SteadyCell {
   /// A cell that is its own node.
   void solve(const Eigen::Vector3d& point, bool statistics, CellValues& values);
   /// Fixes of the last solved cell, by lane.
-  [[nodiscard]] const std::vector<CellFix::Answer>& fixes() const { return fixes_; }
+  [[nodiscard]] const std::vector<CellFix::CellSolution>& fixes() const { return fixes_; }
 
  private:
   /// A path in the channels of the lanes. Null: 1 in all lanes.
@@ -112,7 +112,7 @@ class SteadyCell {
   std::vector<float> delay_m_, power_;
   std::vector<std::size_t> tracked_;            // [lane] index of the path with the tracked carrier
   std::vector<std::vector<CellRange>> ranges_;  // [lane]
-  std::vector<CellFix::Answer> fixes_;          // [lane]
+  std::vector<CellFix::CellSolution> fixes_;    // [lane]
   int los_ = 0, nlos_ = 0, visible_ = 0, blocked_ = 0;
   double largest_excess_m_ = 0;
 };

@@ -50,7 +50,7 @@ struct MapSource {
 [[nodiscard]] std::string projection(const geodesy::LocalFrame& frame);
 
 /// Values of a finished map at a point and time.
-struct MapAnswer {
+struct MapSample {
   std::vector<float> values;  ///< one for each layer; NaN: no value
   CellState state = CellState::Computed;
   geodesy::GpsTime time;  ///< of the map, nearest to the requested one
@@ -58,7 +58,7 @@ struct MapAnswer {
 };
 
 /// Reads values of a finished map at points: from a file, or in memory.
-class MapAnswers {
+class MapReader {
  public:
   struct About {
     Grid grid;
@@ -69,7 +69,7 @@ class MapAnswers {
     std::vector<Layer> layers;
     std::string motion;  ///< of the receiver: simulation::describe(), "standing" if not known
   };
-  virtual ~MapAnswers() = default;
+  virtual ~MapReader() = default;
 
   [[nodiscard]] virtual const About& about() const = 0;
   [[nodiscard]] const Grid& grid() const { return about().grid; }
@@ -83,7 +83,7 @@ class MapAnswers {
   /// to the grid), the nearest altitude and time (ties: the earlier, the lower). Empty outside the grid, and
   /// before the first or after the last time by more than half the step next to it (a single time: 15 min).
   /// Cells that were not computed have NaN values.
-  [[nodiscard]] virtual std::optional<MapAnswer> at(const Eigen::Vector2d& enu, double altitude_m,
+  [[nodiscard]] virtual std::optional<MapSample> at(const Eigen::Vector2d& enu, double altitude_m,
                                                     geodesy::GpsTime time) const = 0;
 };
 

@@ -18,7 +18,7 @@
 namespace canyon::heatmap {
 
 /// StoredMap::at(), or the same of another map.
-using MapLookup = std::function<std::optional<MapAnswer>(const Eigen::Vector2d& enu, double altitude_m,
+using MapLookup = std::function<std::optional<MapSample>(const Eigen::Vector2d& enu, double altitude_m,
                                                          geodesy::GpsTime time)>;
 
 struct RouteOptions {
@@ -40,7 +40,7 @@ struct RouteStation {
   double travelled_m = 0;  ///< from the beginning, in the map's plane
   geodesy::GpsTime time;
   Eigen::Vector2d enu = Eigen::Vector2d::Zero();
-  std::optional<MapAnswer> answer;  ///< empty: outside the map or its times
+  std::optional<MapSample> answer;  ///< empty: outside the map or its times
 };
 
 struct RouteStretch {

@@ -28,8 +28,8 @@ simulation::Trajectory drive(const std::vector<Vector2d>& corners, double speed_
   return simulation::Trajectory::from_waypoints(kStart, points, std::nullopt);
 }
 
-MapAnswer answer(std::vector<float> values, CellState state = CellState::Computed) {
-  MapAnswer result;
+MapSample answer(std::vector<float> values, CellState state = CellState::Computed) {
+  MapSample result;
   result.values = std::move(values);
   result.state = state;
   return result;
@@ -38,7 +38,7 @@ MapAnswer answer(std::vector<float> values, CellState state = CellState::Compute
 // 200 m eastwards. Error: 2 m west of east 100, then 10 m; none from 140 to 160 (no fix); a building from
 // 180.
 const std::vector<Layer> kLayers{Layer::SatellitesUsed, Layer::HorizontalError};
-std::optional<MapAnswer> street(const Vector2d& enu, double /*altitude*/, GpsTime /*time*/) {
+std::optional<MapSample> street(const Vector2d& enu, double /*altitude*/, GpsTime /*time*/) {
   if (enu.x() > 180) return answer({kNaN, kNaN}, CellState::InsideBuilding);
   if (enu.x() > 140 && enu.x() < 160) return answer({3, kNaN});
   return answer({8, enu.x() < 100 ? 2.0F : 10.0F});
@@ -80,7 +80,7 @@ TEST(JudgeRoute, TellsExpectedErrorAvailabilityAndTheWorstStretch) {
 TEST(JudgeRoute, WalksRoundCornersAtItsOwnPaceOrAnother) {
   std::vector<GpsTime> times;
   std::vector<double> altitudes;
-  const MapLookup map = [&](const Vector2d&, double altitude, GpsTime time) -> std::optional<MapAnswer> {
+  const MapLookup map = [&](const Vector2d&, double altitude, GpsTime time) -> std::optional<MapSample> {
     times.push_back(time);
     altitudes.push_back(altitude);
     return std::nullopt;

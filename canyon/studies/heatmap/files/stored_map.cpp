@@ -230,11 +230,11 @@ StoredMap::StoredMap(const std::filesystem::path& netcdf) : impl_(std::make_uniq
 StoredMap::~StoredMap() = default;
 StoredMap::StoredMap(StoredMap&&) noexcept = default;
 
-const MapAnswers::About& StoredMap::about() const {
+const MapReader::About& StoredMap::about() const {
   return *impl_;
 }
 
-std::optional<MapAnswer> StoredMap::at(const Eigen::Vector2d& enu, double altitude_m,
+std::optional<MapSample> StoredMap::at(const Eigen::Vector2d& enu, double altitude_m,
                                        geodesy::GpsTime time) const {
   const Grid& grid = impl_->grid;
   const auto column = cell_along(enu.x(), grid.west_m, grid.east_m(), grid.spacing_m, grid.columns);
@@ -253,7 +253,7 @@ std::optional<MapAnswer> StoredMap::at(const Eigen::Vector2d& enu, double altitu
 
   const std::lock_guard<std::mutex> lock(impl_->mutex);
   const Piece& piece = impl_->piece(tile, *time_index, altitude);
-  MapAnswer answer;
+  MapSample answer;
   for (std::size_t k = 0; k < impl_->layers.size(); ++k)
     answer.values.push_back(piece.values[k * box.cells() + cell]);
   const signed char state = piece.state[cell];

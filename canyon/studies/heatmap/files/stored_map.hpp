@@ -14,7 +14,7 @@ namespace canyon::heatmap {
 
 /// A map read from write_netcdf()'s file, for queries of route planners. Tiles are read on demand, the last
 /// ones cached (64 MiB). Thread-safe (one thread reads at a time). Part of canyon::io.
-class StoredMap final : public MapAnswers {
+class StoredMap final : public MapReader {
  public:
   /// Throws InputError for a file that is missing, damaged or not a map of Canyon.
   explicit StoredMap(const std::filesystem::path& netcdf);
@@ -23,7 +23,7 @@ class StoredMap final : public MapAnswers {
 
   [[nodiscard]] const About& about() const override;
   /// Throws InputError for a damaged tile.
-  [[nodiscard]] std::optional<MapAnswer> at(const Eigen::Vector2d& enu, double altitude_m,
+  [[nodiscard]] std::optional<MapSample> at(const Eigen::Vector2d& enu, double altitude_m,
                                             geodesy::GpsTime time) const override;
 
  private:

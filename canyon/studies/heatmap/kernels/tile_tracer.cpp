@@ -180,29 +180,29 @@ struct TileTracer::Impl {
     const std::size_t count = cells.tile.cells();
     std::vector<std::uint8_t> covered(count), inside(count);
     block(cells, Vector3d::UnitZ(), covered);
-    std::vector<std::uint8_t> ask(count);
+    std::vector<std::uint8_t> request(count);
     for (std::size_t i = 0; i < count; ++i) {
       covered[i] &= cells.state[i] == CellState::Computed ? 1 : 0;
       // A sheet above the point may or may not cover it.
-      ask[i] = covered[i] && !ground.empty() && !(ground[i] < cells.centre(i).z());
+      request[i] = covered[i] && !ground.empty() && !(ground[i] < cells.centre(i).z());
     }
     if (cells.flat() && interiors.find(cells.plane, covered, inside)) {
       // Foliage or a vehicle above is not a roof; closed walls have a roof, others may lack it.
       const bool roof_above = !(surfaces.foliage || surfaces.vehicles) && ground.empty();
       const bool certain = roof_above || interiors.open_ends(cells.plane.z) == 0;
       for (std::size_t i = 0; i < count; ++i) {
-        if (ask[i]) continue;
+        if (request[i]) continue;
         if (inside[i] && !certain)
-          ask[i] = 1;
+          request[i] = 1;
         else if (inside[i])
           cells.state[i] = CellState::InsideBuilding;
       }
     } else {
-      ask = covered;
+      request = covered;
     }
     spread(cells.tile.rows, [&](std::size_t row) {
       for (std::size_t i = row * cells.tile.columns; i < (row + 1) * cells.tile.columns; ++i)
-        if (ask[i]) cells.state[i] = state_of(scene->containment(cells.centre(i)));
+        if (request[i]) cells.state[i] = state_of(scene->containment(cells.centre(i)));
     });
   }
 

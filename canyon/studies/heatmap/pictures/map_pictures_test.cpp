@@ -45,7 +45,7 @@ struct MadeUpMap {
     return CellState::Computed;
   };
   std::set<std::size_t> missing_tiles;
-  std::map<std::pair<std::size_t, std::size_t>, int> asked;  ///< how often, by tile and time
+  std::map<std::pair<std::size_t, std::size_t>, int> requested;  ///< how often, by tile and time
 
   MadeUpMap(std::uint32_t columns, std::uint32_t rows, std::vector<Layer> layers = default_layers()) {
     request.grid = {-100, -50, 2, columns, rows, 16};
@@ -64,7 +64,7 @@ struct MadeUpMap {
   }
 
   std::optional<MapSource::Slice> slice(std::size_t index, std::size_t time) {
-    ++asked[{index, time}];
+    ++requested[{index, time}];
     if (missing_tiles.count(index) > 0) return std::nullopt;
     const Tile tile = request.grid.tile(index);
     MapSource::Slice slice;
@@ -167,7 +167,7 @@ TEST(MapPictures, OnePictureOfThePapersPanels) {
   const TemporaryFolder folder;
   EXPECT_THAT(write_map_pictures(folder / "new", map.source(), block_city()), ElementsAre("map.png"));
   EXPECT_THAT(files_in(folder / "new"), ElementsAre("map.png"));
-  for (const auto& [pair, times] : map.asked) EXPECT_EQ(times, 1);
+  for (const auto& [pair, times] : map.requested) EXPECT_EQ(times, 1);
 
   const PngPixels png(test::read_bytes(folder / "new" / "map.png"));
   const SheetLayout layout(map.request.grid, map.request.layers);

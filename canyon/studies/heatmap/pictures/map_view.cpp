@@ -22,7 +22,7 @@ namespace canyon::view {
 namespace {
 using heatmap::ColourScale;
 using heatmap::Grid;
-using heatmap::MapAnswers;
+using heatmap::MapReader;
 
 constexpr double kNoHeight = std::numeric_limits<double>::quiet_NaN();
 /// Positions of one frame that differ by less than this in another are the same [m].
@@ -67,7 +67,7 @@ Json layer_json(heatmap::Layer layer, const heatmap::ValueCounts& values) {
           {"large_is_bad", scale.style.large_is_bad}};
 }
 
-void check_position(const MapAnswers& map, const city::City& city) {
+void check_position(const MapReader& map, const city::City& city) {
   const Grid& grid = map.grid();
   for (const Eigen::Vector3d& position :
        {Eigen::Vector3d(grid.west_m, grid.south_m, 0), Eigen::Vector3d(grid.east_m(), grid.north_m(), 0)}) {
@@ -79,7 +79,7 @@ void check_position(const MapAnswers& map, const city::City& city) {
 }
 
 /// z of a cell's centre in the city's frame, as in the map's engine [m]; NaN without terrain.
-double cell_height(const MapAnswers& map, const Eigen::Vector2d& centre, double altitude_m,
+double cell_height(const MapReader& map, const Eigen::Vector2d& centre, double altitude_m,
                    const raytrace::RayScene* terrain) {
   if (map.altitude_kind() == heatmap::AltitudeKind::AboveTerrain) {
     return terrain == nullptr
@@ -100,7 +100,7 @@ bool has_terrain(const city::City& city) {
 /// Writes chunks and collects their entries in the header.
 class Writer {
  public:
-  Writer(const MapAnswers& map, const std::filesystem::path& folder)
+  Writer(const MapReader& map, const std::filesystem::path& folder)
       : map_(map), folder_(folder), counts_(map.layers().size()) {}
 
   /// Cells of an altitude; their states are the same at all times.
@@ -179,7 +179,7 @@ class Writer {
     chunks_.push_back(std::move(chunk));
   }
 
-  const MapAnswers& map_;
+  const MapReader& map_;
   const std::filesystem::path& folder_;
   std::vector<heatmap::ValueCounts> counts_;
   Json chunks_ = Json::array();
@@ -187,7 +187,7 @@ class Writer {
 
 }  // namespace
 
-void add_map(const MapAnswers& map, const std::string& name, const city::City& city,
+void add_map(const MapReader& map, const std::string& name, const city::City& city,
              const std::filesystem::path& folder) {
   check_position(map, city);
   if (map.grid().cells() > kMostMapCells || std::max(map.grid().columns, map.grid().rows) > kMostMapColumns) {
@@ -205,7 +205,7 @@ void add_map(const MapAnswers& map, const std::string& name, const city::City& c
   extend_header(folder, "map", writer.header(name), writer.chunks());
 }
 
-city::City field_of(const MapAnswers& map) {
+city::City field_of(const MapReader& map) {
   city::City city;
   city.name = "no city";
   city.frame = map.frame();

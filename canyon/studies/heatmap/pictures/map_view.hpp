@@ -21,10 +21,10 @@ inline constexpr std::size_t kMostMapColumns = 8192;
 /// @param city ground of altitudes above the terrain, as in the map: z = 0 if it has no terrain. Throws
 /// InputError if the map is not at the city's position, has more than kMostMapCells or kMostMapColumns, has a
 /// damaged tile, or the folder has no view or is not writable.
-void add_map(const heatmap::MapAnswers& map, const std::string& name, const city::City& city,
+void add_map(const heatmap::MapReader& map, const std::string& name, const city::City& city,
              const std::filesystem::path& folder);
 
 /// An empty city at the map's position: shown under a map if no city is given.
-[[nodiscard]] city::City field_of(const heatmap::MapAnswers& map);
+[[nodiscard]] city::City field_of(const heatmap::MapReader& map);
 
 }  // namespace canyon::view
