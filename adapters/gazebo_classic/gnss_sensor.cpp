@@ -213,10 +213,10 @@ void GnssSensor::Impl::World::remove(Impl& receiver) {
 
 void GnssSensor::Impl::World::update() {
   const std::lock_guard lock(mutex_);
-  std::vector<live::HostedReceiver*> begun;
+  std::vector<live::HostedReceiver*> started_receivers;
   for (Impl* receiver : receivers_)
-    if (receiver->update()) begun.push_back(&*receiver->receiver);
-  bases_.finish(std::move(begun));
+    if (receiver->update()) started_receivers.push_back(&*receiver->receiver);
+  bases_.finish(std::move(started_receivers));
 }
 
 GnssSensor::GnssSensor(const Attachment& attachment) : impl_(std::make_unique<Impl>(attachment)) {}

@@ -21,12 +21,12 @@ std::size_t append(const char* bytes, std::size_t size, std::size_t count, void*
 /// The body of the response to a request; empty if there is none.
 std::string post(const std::string& uri, const std::string& body, std::chrono::milliseconds timeout,
                  int stop_fd) {
-  static const CURLcode begun = curl_global_init(CURL_GLOBAL_DEFAULT);
+  static const CURLcode started = curl_global_init(CURL_GLOBAL_DEFAULT);
   const std::unique_ptr<CURLM, decltype(&curl_multi_cleanup)> all(curl_multi_init(), &curl_multi_cleanup);
   const std::unique_ptr<CURL, decltype(&curl_easy_cleanup)> one(curl_easy_init(), &curl_easy_cleanup);
   const std::unique_ptr<curl_slist, decltype(&curl_slist_free_all)> head(
       curl_slist_append(nullptr, "Content-Type: text/xml"), &curl_slist_free_all);
-  if (begun != CURLE_OK || !all || !one || !head) return {};
+  if (started != CURLE_OK || !all || !one || !head) return {};
   std::string answer;
   curl_easy_setopt(one.get(), CURLOPT_URL, uri.c_str());
   curl_easy_setopt(one.get(), CURLOPT_HTTP_VERSION, static_cast<long>(CURL_HTTP_VERSION_1_0));

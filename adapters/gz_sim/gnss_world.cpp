@@ -384,10 +384,12 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
     }
     hosted.begin(now_ns, [&](std::string& reason) { return impl_->truth(*receiver, now_ns, ecm, reason); });
   }
-  std::vector<live::HostedReceiver*> begun;
-  for (Impl::Receiver* receiver : due) begun.push_back(receiver->hosted.get());
+  std::vector<live::HostedReceiver*> started_receivers;
+  for (Impl::Receiver* receiver : due) started_receivers.push_back(receiver->hosted.get());
   impl_->epochs = std::async(std::launch::async,
-                             [bases = &impl_->bases, begun = std::move(begun)] { bases->finish(begun); });
+                             [bases = &impl_->bases, started_receivers = std::move(started_receivers)] {
+                               bases->finish(started_receivers);
+                             });
 }
 
 void GnssWorld::reset(Ecm& ecm) {

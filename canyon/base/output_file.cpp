@@ -253,7 +253,7 @@ void ResultFiles::read_list() {
       head = line;
     else
       heads[line] = head;
-  begun_ = head == head_;
+  started_ = head == head_;
   for (const auto& [name, of] : heads) {
     if (of == head_ || of.empty()) {
       (of.empty() ? earlier_ : last_).insert(name);
@@ -304,7 +304,7 @@ void ResultFiles::add(const fs::path& path) {
   const std::string name = name_of(path);
   if (name.empty() || !mine_.insert(name).second || last_.count(name) > 0) return;
   // Listed before the rename, so that a run after a killed one may replace it.
-  const std::string line = (std::exchange(begun_, true) ? "" : head_ + "\n") + name + "\n";
+  const std::string line = (std::exchange(started_, true) ? "" : head_ + "\n") + name + "\n";
   const int handle = ::open(list_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
   if (handle < 0) return;
   (void)!::write(handle, line.data(), line.size());

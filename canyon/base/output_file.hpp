@@ -156,7 +156,7 @@ class ResultFiles {
   std::string head_, store_;  ///< head_: the line of the list before this command's names
   FolderLock lock_;
   std::filesystem::file_time_type listed_at_{};
-  bool begun_ = false;  ///< the list ends with names of this command
+  bool started_ = false;  ///< the list ends with names of this command
   /// Names within the folder; `earlier_` is from versions that did not record the command.
   std::set<std::string> last_, mine_, earlier_;
 };

@@ -30,13 +30,13 @@ TEST(EpochSchedule, LeavesOutWhatIsLate) {
   EXPECT_EQ(schedule.catch_up(100 * kSecond), 4);  // the last one is kept
   EXPECT_EQ(schedule.take(), 9 * kSecond);
   EXPECT_TRUE(schedule.over());
-  EpochSchedule begun(1, 3);
-  begun.begin_at(100 * kSecond);
-  EXPECT_EQ(begun.next_ns(), 100 * kSecond);
-  for (int i = 0; i < 3; ++i) (void)begun.take();
-  EXPECT_TRUE(begun.over());
-  begun.go_to(-1);
-  EXPECT_EQ(begun.next_ns(), 0);
+  EpochSchedule started(1, 3);
+  started.begin_at(100 * kSecond);
+  EXPECT_EQ(started.next_ns(), 100 * kSecond);
+  for (int i = 0; i < 3; ++i) (void)started.take();
+  EXPECT_TRUE(started.over());
+  started.go_to(-1);
+  EXPECT_EQ(started.next_ns(), 0);
 }
 
 std::vector<int> due_steps(EpochSchedule& schedule, std::int64_t step_ns, int first, int last) {

@@ -205,11 +205,11 @@ struct LiveReceiver::Impl {
 
   void restart() {
     faults = make_faults();
-    begin_anew();
+    reset_state();
   }
 
-  void begin_anew() {
-    ++begun;
+  void reset_state() {
+    ++started;
     if (arrivals) arrivals->forget();
     road->clear();
     corrections.reset();
@@ -250,7 +250,7 @@ struct LiveReceiver::Impl {
   std::optional<LastStep> last_step;
   double last_s = -std::numeric_limits<double>::infinity();
   bool warned_empty = false;
-  int begun = 0;
+  int started = 0;
   std::vector<std::string> warnings;
   bool warned_of_station = false;
   std::shared_ptr<const relative::Corrections> corrections;  // that arrived since the last step
@@ -308,7 +308,7 @@ void LiveReceiver::set_config(LiveConfig config) {
   impl_->config = std::move(config);
   impl_->sensors = vehicle_sensors(impl_->config.sensors, impl_->config.receiver());
   impl_->make_environment();
-  impl_->begin_anew();
+  impl_->reset_state();
 }
 
 void LiveReceiver::set_rate(double rate_hz) {
@@ -408,8 +408,8 @@ void LiveReceiver::restart() {
   impl_->restart();
 }
 
-int LiveReceiver::begun() const {
-  return impl_->begun;
+int LiveReceiver::restart_count() const {
+  return impl_->started;
 }
 
 std::vector<std::string> LiveReceiver::take_warnings() {

@@ -104,7 +104,7 @@ class LiveReceiver {
   /// Restarts as constructed; faults are those of config() again.
   void restart();
   /// Number of restarts by set_config(), restart() or a time that went back.
-  [[nodiscard]] int begun() const;
+  [[nodiscard]] int restart_count() const;
 
   /// Adds a fault to the running timeline, without a restart. @param text an item of a scenario's `faults:`,
   /// YAML or JSON; without `from_s` it starts with the next step. Returns its name; a fault of other

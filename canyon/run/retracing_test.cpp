@@ -56,12 +56,12 @@ TEST(Retracing, RunsAndLiveReceiversHaveTheSameArrivals) {
   std::size_t others = 0;
   for (std::size_t k = 0; k < kCount; ++k) {
     expected.push_back(live.arrival(drive.environment, drive.at(k), Drive::point_at(k)));
-    const Arrival anew = drive.environment.arrival(drive.at(k), Drive::point_at(k), propagators.front());
-    ASSERT_EQ(expected.back().views.size(), anew.views.size());
-    for (std::size_t i = 0; i < anew.views.size(); ++i) {
+    const Arrival restarted = drive.environment.arrival(drive.at(k), Drive::point_at(k), propagators.front());
+    ASSERT_EQ(expected.back().views.size(), restarted.views.size());
+    for (std::size_t i = 0; i < restarted.views.size(); ++i) {
       const auto& kept = expected.back().views[i].paths.paths;
-      others += !std::equal(kept.begin(), kept.end(), anew.views[i].paths.paths.begin(),
-                            anew.views[i].paths.paths.end(),
+      others += !std::equal(kept.begin(), kept.end(), restarted.views[i].paths.paths.begin(),
+                            restarted.views[i].paths.paths.end(),
                             [](const Path& a, const Path& b) { return a.excess_m == b.excess_m; });
     }
   }

@@ -29,7 +29,7 @@ Run::Run(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
     config.warnings.clear();  // they are reported once
   }
   last_.resize(configs_.size());
-  begun_.resize(configs_.size());
+  restart_counts_.resize(configs_.size());
 }
 
 std::optional<Pose> Run::fixed_pose(std::size_t receiver, GpsTime time) const {
@@ -73,7 +73,7 @@ void Run::restart() {
 
 void Run::renew_link(std::size_t receiver) {
   const LiveReceiver& of = receivers_[receiver];
-  if (std::exchange(begun_[receiver], of.begun()) == of.begun()) return;
+  if (std::exchange(restart_counts_[receiver], of.restart_count()) == of.restart_count()) return;
   if (const auto base = links_.base_of(receiver)) {
     links_.connect(receiver, *base, configs_[*base].fixed.has_value(), of.config().receiver().options, seed_);
   }

@@ -66,7 +66,7 @@ class Run {
   CorrectionLinks links_;
   std::vector<std::size_t> order_;
   std::vector<std::optional<geodesy::GpsTime>> last_;  // epoch of each
-  std::vector<int> begun_;  // LiveReceiver::begun() of each, at the last renew_link()
+  std::vector<int> restart_counts_;  // LiveReceiver::started() of each, at the last renew_link()
 };
 
 /// Finishes all sinks except `broken`, which has failed (its file stays absent); null: all. Rethrows the

@@ -81,8 +81,8 @@ class PythonDisturbance final : public disturbance::Disturbance {
 
 /// The object of one receiver: made by a factory `make(seed, receiver)`, or the object itself, reset by its
 /// method `begin(seed, receiver)`, if it exists.
-py::object begun(const py::object& object, const char* method, std::uint64_t seed,
-                 const std::string& receiver) {
+py::object started(const py::object& object, const char* method, std::uint64_t seed,
+                   const std::string& receiver) {
   if (py::hasattr(object, method) && !py::isinstance<py::type>(object)) {
     if (py::hasattr(object, "begin")) object.attr("begin")(seed, receiver);
     return object;
@@ -94,7 +94,7 @@ disturbance::DisturbanceSource source_of(const Held& object) {
   const std::string name = py::repr(object.get()).cast<std::string>();
   return {name, [object](std::uint64_t seed, const std::string& receiver) {
             const py::gil_scoped_acquire gil;
-            return std::make_unique<PythonDisturbance>(Held(begun(object.get(), "apply", seed, receiver)));
+            return std::make_unique<PythonDisturbance>(Held(started(object.get(), "apply", seed, receiver)));
           }};
 }
 
@@ -189,7 +189,7 @@ receiver::ModelSource models_of(const py::object& weighting, const py::object& s
             .cast<double>();
       };
     if (!solves.get().is_none()) {
-      const Held solver_of_this(begun(solves.get(), "solve", seed, name));
+      const Held solver_of_this(started(solves.get(), "solve", seed, name));
       models.solve = [solver_of_this](geodesy::GpsTime time, const auto& measurements, const orbit::Sky& sky,
                                       const auto& options, const auto& klobuchar) {
         return solve(solver_of_this, time, measurements, sky, options, klobuchar);

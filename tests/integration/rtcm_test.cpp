@@ -80,7 +80,7 @@ receivers:
   test::run_and_write(simulation, folder.path());
   convert(folder / "receiver.rtcm3", simulation.begin(), folder.path(), "judged");
   Compared compared;
-  std::set<std::pair<gnss::SatelliteId, std::string>> begun;
+  std::set<std::pair<gnss::SatelliteId, std::string>> started;
   rinex::ObservationOptions all;
   all.all_signals = true;
   const auto ours = rinex::read_rinex_observations(folder / "receiver.obs", all);
@@ -124,7 +124,7 @@ receivers:
       if (s.carrier_phase_cycles && t.carrier_phase_cycles) {
         EXPECT_NEAR(*t.carrier_phase_cycles, *s.carrier_phase_cycles + carrier_hz * shift_s,
                     phase_m / wavelength_m + 0.00101 + 1e-4);
-        const bool first = begun.insert({s.id, s.code.data()}).second;
+        const bool first = started.insert({s.id, s.code.data()}).second;
         const bool slip = (s.loss_of_lock & 1) != 0, flagged = (t.loss_of_lock & 1) != 0;
         compared.slips += slip ? 1 : 0;
         compared.slips_flagged += slip && flagged ? 1 : 0;

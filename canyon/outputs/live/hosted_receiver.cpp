@@ -185,14 +185,14 @@ void HostedReceiver::take_rtcm(std::string_view bytes, std::int64_t now_ns) {
 }
 
 void HostedReceiver::reset() {
-  begin_anew();
+  reset_state();
   schedule_.go_to(0);
 }
 
-void HostedReceiver::begin_anew() {
+void HostedReceiver::reset_state() {
   run_->restart();
   begin_sensors();
-  if (rtcm_) rtcm_->begin_anew();
+  if (rtcm_) rtcm_->reset_state();
   if (on_reset_) on_reset_();
   publish([](EpochPublisher& publisher) { publisher.reset(); });
 }
@@ -215,7 +215,7 @@ void HostedReceiver::follow(
 
 // Callbacks of simulators must not throw.
 void HostedReceiver::begin(std::int64_t now_ns, const Truth& truth) {
-  if (std::exchange(went_back_, false)) begin_anew();
+  if (std::exchange(went_back_, false)) reset_state();
   report_ = {};
   report_.sim_time_ns = now_ns;
   report_.world_yaw_from_enu_rad = -frame_.heading_rad;
@@ -365,24 +365,26 @@ void HostBases::remove(const HostedReceiver& receiver) {
   }
 }
 
-void HostBases::finish(const std::vector<HostedReceiver*>& begun) {
+void HostBases::finish(const std::vector<HostedReceiver*>& started_receivers) {
   std::vector<std::size_t> numbers;
   for (std::size_t m = 0; m < members_.size(); ++m) {
     Member& member = members_[m];
     if (member.receiver == nullptr) continue;
-    if (member.receiver->begun_ns() < member.last_ns) links_.disconnect(m);  // the world was reset
-    member.last_ns = member.receiver->begun_ns();
+    if (member.receiver->epoch_start_ns() < member.last_ns) links_.disconnect(m);  // the world was reset
+    member.last_ns = member.receiver->epoch_start_ns();
     find_base(m);
-    if (std::find(begun.begin(), begun.end(), member.receiver) != begun.end()) numbers.push_back(m);
+    if (std::find(started_receivers.begin(), started_receivers.end(), member.receiver) !=
+        started_receivers.end())
+      numbers.push_back(m);
   }
-  for (HostedReceiver* const each : begun) {
+  for (HostedReceiver* const each : started_receivers) {
     const auto is_each = [each](const Member& member) { return member.receiver == each; };
     if (std::none_of(members_.begin(), members_.end(), is_each)) each->finish();
   }
   std::vector<simulation::DueEpoch> due;
   for (const std::size_t m : links_.order(std::move(numbers))) {
     const HostedReceiver& receiver = *members_[m].receiver;
-    due.push_back({m, receiver.receiver().start() + std::chrono::nanoseconds(receiver.begun_ns())});
+    due.push_back({m, receiver.receiver().start() + std::chrono::nanoseconds(receiver.epoch_start_ns())});
   }
   links_.make_epochs(due, false, [&](std::size_t i, auto came) -> const simulation::Epoch* {
     HostedReceiver& receiver = *members_[due[i].receiver].receiver;

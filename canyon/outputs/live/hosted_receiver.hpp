@@ -94,7 +94,7 @@ class HostedReceiver {
   /// The epoch of the last finish(), until the next begin(); null: none.
   [[nodiscard]] const simulation::LiveReceiver::Step* step() const { return report_.step; }
   /// The world's time of the last begin().
-  [[nodiscard]] std::int64_t begun_ns() const { return report_.sim_time_ns; }
+  [[nodiscard]] std::int64_t epoch_start_ns() const { return report_.sim_time_ns; }
 
   /// @param publisher null: none @param failure prefix of its errors: "cannot publish on ROS 2"; empty: an
   /// error ends the host's call
@@ -150,7 +150,7 @@ class HostedReceiver {
   void log_warnings();
   /// Calls each publisher, then logs its notes; removes those that fail.
   void publish(const std::function<void(EpochPublisher&)>& work);
-  void begin_anew();
+  void reset_state();
   void begin_sensors();
   void compute(const Motion& motion);
   /// The receiver's own options and rate have changed.
@@ -202,7 +202,7 @@ class HostBases {
 
   /// Calls HostedReceiver::finish() of all receivers with an epoch in progress at one instant, in any thread:
   /// each with the corrections received for it, a base before the receivers that use its corrections.
-  void finish(const std::vector<HostedReceiver*>& begun);
+  void finish(const std::vector<HostedReceiver*>& started_receivers);
 
  private:
   struct Member {

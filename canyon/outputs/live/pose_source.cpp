@@ -109,14 +109,14 @@ void PoseSource::receive(const transport::Received& received, std::int64_t now_n
 
 void PoseSource::receive_log(const transport::Received& received, bool since_zero,
                              const std::function<void(std::int64_t)>& taken,
-                             const std::function<bool()>& anew) {
+                             const std::function<bool()>& restarted) {
   decoder_->receive(received, [&](const PoseReport& report) {
     if (!options_.id.empty() && report.id != options_.id) return;
     constexpr double kLongest_s = 1e9;
     const double stamp_s = report.stamp_s.value_or(std::nan(""));
     const double step_s = stamp_s - last_stamp_s_.value_or(stamp_s);
     if (step_s < -options_.track.timeout_s || step_s > kLongestGap_s) {
-      if (!anew()) {
+      if (!restarted()) {
         ++of_another_clock_;
         return;
       }

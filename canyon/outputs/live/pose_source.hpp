@@ -36,10 +36,11 @@ class PoseSource {
                const std::function<void()>& taken = {});
   /// As receive(), but the time of a pose is its stamp, minus the first stamp unless `since_zero`. A stamp
   /// more than the time-out before the last one, or more than kLongestGap_s after it, is from another clock.
-  /// Then `anew` is called: stored poses are deleted and stamps count from this one; if it returns false, the
-  /// pose is dropped.
+  /// Then `restarted` is called: stored poses are deleted and stamps count from this one; if it returns
+  /// false, the pose is dropped.
   void receive_log(const transport::Received& received, bool since_zero,
-                   const std::function<void(std::int64_t now_ns)>& taken, const std::function<bool()>& anew);
+                   const std::function<void(std::int64_t now_ns)>& taken,
+                   const std::function<bool()>& restarted);
   static constexpr double kLongestGap_s = 86400;
 
   [[nodiscard]] const simulation::PoseSourceOptions& options() const { return options_; }

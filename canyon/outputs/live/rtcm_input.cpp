@@ -31,7 +31,7 @@ RtcmInput::RtcmInput(const receiver::ReceiverOptions& options, std::uint64_t see
                   : hide_passwords(options_.from)),
       link_(options_, seed, receiver_) {}
 
-void RtcmInput::begin_anew() {
+void RtcmInput::reset_state() {
   decoder_ = rtcm::CorrectionsDecoder();
   link_ = relative::CorrectionLink(options_, seed_, receiver_);
   held_back_since_.reset();

@@ -35,7 +35,7 @@ class RtcmInput {
     antenna_position_ecef_ = antenna_position_ecef;
   }
   /// Call it if time went back.
-  void begin_anew();
+  void reset_state();
   /// Errors in the messages since the last call, one line each. Each error is reported once.
   [[nodiscard]] std::vector<std::string> take_warnings();
 

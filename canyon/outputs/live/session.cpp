@@ -280,7 +280,7 @@ struct Session::Impl {
                 compute_and_write();
               }
             },
-            [&] { return begin_anew(self); });
+            [&] { return reset_state(self); });
       });
     }
     for (std::size_t r = 0; r < names.size(); ++r) {
@@ -439,13 +439,13 @@ struct Session::Impl {
   }
 
   /// Restarts the run after a restart of a vehicle's sender. False if other vehicles move.
-  bool begin_anew(Vehicle& vehicle) {
+  bool reset_state(Vehicle& vehicle) {
     if (options.poses.size() > 1) return false;
     compute_and_write();
-    if (Clock::now() >= next_anew) {
+    if (Clock::now() >= next_reset) {
       warn(fmt::format("poses from {}: timestamps jumped to another clock; restarting the run at {}",
                        vehicle.source->options().from, geodesy::format_gpst(start, 0)));
-      next_anew = Clock::now() + std::chrono::seconds(1);
+      next_reset = Clock::now() + std::chrono::seconds(1);
     }
     begin_at(0);
     resumed = false;
@@ -457,7 +457,7 @@ struct Session::Impl {
       sensed[r] = {};
       if (!inputs[r]) continue;
       inputs[r]->reported.reset();
-      inputs[r]->input.begin_anew();
+      inputs[r]->input.reset_state();
     }
     return true;
   }
@@ -484,12 +484,12 @@ struct Session::Impl {
   void read_log(Vehicle& vehicle, std::int64_t until_ns) {
     Log& log = *vehicle.log;
     const bool lines = vehicle.source->options().format == simulation::PoseFormat::Json;
-    bool anew = false;  // later data are of a time after until_ns
-    while (!anew && !log.ended() && !vehicle.source->track().reaches(until_ns)) {
+    bool restarted = false;  // later data are of a time after until_ns
+    while (!restarted && !log.ended() && !vehicle.source->track().reaches(until_ns)) {
       vehicle.source->receive_log(
           {0, std::string(log.next(lines)), lines}, false,
           [&](std::int64_t now_ns) { vehicle.pose_came(now_ns); },
-          [&] { return anew = begin_anew(vehicle); });
+          [&] { return restarted = reset_state(vehicle); });
     }
   }
 
@@ -804,7 +804,7 @@ struct Session::Impl {
   const SessionOptions* run_options = nullptr;
   const std::vector<simulation::EpochSink*>* sinks = nullptr;
   Clock::time_point wall_begin;
-  Clock::time_point next_second, next_anew, next_service, turn_began;
+  Clock::time_point next_second, next_reset, next_service, turn_began;
   std::vector<Due> due;
   std::int64_t stamped_ns = -1;  // latest instant of a vehicle moved by poses
   SessionFigures figures;

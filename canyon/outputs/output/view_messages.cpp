@@ -13,7 +13,7 @@
 namespace canyon::output {
 namespace {
 
-Json begun(const char* type, const std::optional<std::int64_t>& id) {
+Json started_message(const char* type, const std::optional<std::int64_t>& id) {
   Json json{{"type", type}, {"version", kViewMessages}};
   if (id) json["id"] = *id;
   return json;
@@ -50,7 +50,7 @@ class ViewStream final : public Encoder {
 }  // namespace
 
 std::string hello_message(std::span<const ReceiverDescription> receivers) {
-  Json json = begun("hello", {});
+  Json json = started_message("hello", {});
   const geodesy::GpsTime begin = receivers.front().begin;
   json["begin_utc"] = geodesy::format_utc(begin);
   json["begin_gpst"] = geodesy::format_gpst(begin);
@@ -67,7 +67,7 @@ std::string hello_message(std::span<const ReceiverDescription> receivers) {
 }
 
 std::string epoch_message(const EpochMessage& message, const EpochRows& rows) {
-  Json json = begun("epoch", message.id);
+  Json json = started_message("epoch", message.id);
   json["receiver"] = message.receiver;
   json["time_s"] = message.time_s;
   json["place"] = {
@@ -96,18 +96,18 @@ std::string epoch_message(EpochMessage message, const simulation::Epoch& epoch,
 }
 
 std::string progress_message(std::size_t done, std::size_t planned) {
-  Json json = begun("progress", {});
+  Json json = started_message("progress", {});
   json["done"] = done;
   json["planned"] = planned;
   return json.dump();
 }
 
 std::string finished_message() {
-  return begun("finished", {}).dump();
+  return started_message("finished", {}).dump();
 }
 
 std::string error_message(std::optional<std::int64_t> id, std::string_view problem) {
-  Json json = begun("error", id);
+  Json json = started_message("error", id);
   json["message"] = std::string(problem);
   return json.dump();
 }

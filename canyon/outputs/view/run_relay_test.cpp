@@ -66,12 +66,12 @@ class RunRelayTest : public testing::Test {
 };
 
 TEST_F(RunRelayTest, TakesEpochsToPagesWhileTheyAreComputedAndThenTheWholeView) {
-  const Json begun = header();
-  EXPECT_EQ(begun["live"], true);
-  EXPECT_EQ(begun["time"]["begin_utc"], "2026-06-01T12:00:00.000Z");
-  ASSERT_EQ(begun["receivers"].size(), 2U);
-  EXPECT_EQ(begun["receivers"][1]["name"], "base");
-  EXPECT_TRUE(begun["chunks"].empty());
+  const Json started = header();
+  EXPECT_EQ(started["live"], true);
+  EXPECT_EQ(started["time"]["begin_utc"], "2026-06-01T12:00:00.000Z");
+  ASSERT_EQ(started["receivers"].size(), 2U);
+  EXPECT_EQ(started["receivers"][1]["name"], "base");
+  EXPECT_TRUE(started["chunks"].empty());
 
   RunRelay relay(*simulation_, *server_, 12, milliseconds(0));
   test::Listener page(*server_);
@@ -95,7 +95,7 @@ TEST_F(RunRelayTest, TakesEpochsToPagesWhileTheyAreComputedAndThenTheWholeView) 
   // The satellites' numbers are kept from the beginning, so a selection is kept too.
   const Json whole = header();
   EXPECT_FALSE(whole.contains("live"));
-  EXPECT_EQ(whole["satellites"], begun["satellites"]);
+  EXPECT_EQ(whole["satellites"], started["satellites"]);
   EXPECT_EQ(whole["receivers"][0]["summary"]["epochs"], 3);
   EXPECT_FALSE(whole["chunks"].empty());
   test::Listener late(*server_);

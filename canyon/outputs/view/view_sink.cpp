@@ -23,7 +23,7 @@ namespace canyon::view {
 namespace {
 
 /// The header of a run before its first epoch, without the city's objects.
-ViewHeader begun(const simulation::Simulation& simulation) {
+ViewHeader initial_header(const simulation::Simulation& simulation) {
   const simulation::Scenario& scenario = simulation.scenario();
   const city::City& city = simulation.environment().city();
   ViewHeader header;
@@ -45,7 +45,7 @@ class View final : public simulation::EpochSink {
         folder_(std::move(folder)),
         options_(std::move(options)),
         figures_(shown_names(simulation, options_.tracks)),
-        header_(begun(simulation)) {
+        header_(initial_header(simulation)) {
     make_output_folder(folder_);
     ResultFiles::refuse(folder_ / kHeaderFile);
     header_.city = write_city(simulation.environment().city(), {}, folder_);
@@ -129,7 +129,7 @@ class View final : public simulation::EpochSink {
 
 void check_run(const std::filesystem::path& folder, const simulation::Simulation& simulation) {
   const Json shown = read_header(folder);
-  const Json ours = Json::parse(header_json(begun(simulation)));
+  const Json ours = Json::parse(header_json(initial_header(simulation)));
   const auto names = [](const Json& receivers) {
     std::vector<Json> result;
     for (const Json& receiver : receivers) result.push_back(receiver["name"]);

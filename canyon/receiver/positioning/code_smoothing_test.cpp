@@ -72,9 +72,9 @@ TEST(CodeSmoother, BeginsAnewWithoutACarrier) {
   const std::array<CodeNoise, 2> noise{CodeNoise{1, kWhite}, CodeNoise{}};
   static_cast<void>(smoother.next(kStart, 10, std::nullopt, noise, options));
   EXPECT_EQ(smoother.next(kStart + 1.0, 14, 2.0, noise, options).pseudorange_m, 13);  // (14 + 12) / 2
-  const auto anew = smoother.next(kStart + 2.0, 100, std::nullopt, noise, options);
-  EXPECT_EQ(anew.pseudorange_m, 100);
-  EXPECT_EQ(anew.sigma_m, 1);
+  const auto restarted = smoother.next(kStart + 2.0, 100, std::nullopt, noise, options);
+  EXPECT_EQ(restarted.pseudorange_m, 100);
+  EXPECT_EQ(restarted.sigma_m, 1);
 }
 
 }  // namespace

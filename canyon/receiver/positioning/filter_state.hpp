@@ -95,10 +95,10 @@ class Update {
  public:
   /// @param taken accepted rows; emptied, it keeps its capacity
   Update(FilterState& filter, std::vector<Taken>& taken) : state_(filter), taken_(taken) { taken.clear(); }
-  /// Continues from `begun`, an update of another state that is otherwise equal.
-  Update(FilterState& filter, std::vector<Taken>& taken, const Update& begun)
-      : state_(filter), correction_(begun.correction_), taken_(taken) {
-    taken = begun.taken_;
+  /// Continues from `start`, an update of another state that is otherwise equal.
+  Update(FilterState& filter, std::vector<Taken>& taken, const Update& started)
+      : state_(filter), correction_(started.correction_), taken_(taken) {
+    taken = started.taken_;
   }
 
   /// Returns false without change if the innovation is beyond `gate_sigmas`.

@@ -386,11 +386,11 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Ran
     FilterEpoch fresh;
     fresh.time = receiver_time;
     fresh.satellites = satellites;
-    const std::optional<FilterState> anew = begin(fresh, fix, state_->fix, options, klobuchar);
-    if (anew && accurate(*anew, options)) {
-      state_->filter = anew;
+    const std::optional<FilterState> restarted = begin(fresh, fix, state_->fix, options, klobuchar);
+    if (restarted && accurate(*restarted, options)) {
+      state_->filter = restarted;
       state_->own_clock.of.reset();
-      Fix answer = describe(*anew, fresh, fix, state_->fix);
+      Fix answer = describe(*restarted, fresh, fix, state_->fix);
       answer.excluded = fix.excluded;
       return answer;
     }

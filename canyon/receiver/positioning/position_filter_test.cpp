@@ -256,9 +256,9 @@ TEST(PositionFilter, CoastsThroughAnOutage) {
   EXPECT_EQ(none.status, FixStatus::TooFewSatellites);
   EXPECT_TRUE(none.position_ecef.array().isNaN().all());
   drive.advance(1);
-  const Fix anew = pair.update(drive);
-  ASSERT_TRUE(anew.solved());
-  EXPECT_LT((anew.position_ecef - pair.fix.position_ecef).norm(), 0.1);  // see BeginsAsTheFix
+  const Fix restarted = pair.update(drive);
+  ASSERT_TRUE(restarted.solved());
+  EXPECT_LT((restarted.position_ecef - pair.fix.position_ecef).norm(), 0.1);  // see BeginsAsTheFix
 }
 
 TEST(PositionFilter, AnswersWithFewerThanFourSatellites) {

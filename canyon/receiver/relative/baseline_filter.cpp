@@ -201,7 +201,7 @@ double BaselineFilter::factor_of(const WholeNumbers& fixed) {
 Eigen::Matrix3d BaselineFilter::covariance_of_echoes() const {
   std::vector<double> ages_s;
   for (const Difference& d : differences_)
-    if (d.used) ages_s.push_back(time_ - state_.slots[*d.slot].begun);
+    if (d.used) ages_s.push_back(time_ - state_.slots[*d.slot].started);
   const double age_s = ages_s.empty() ? 0 : upper_median(ages_s);
   return code_squares_ * kEchoTime_s / (kEchoTime_s + age_s) * code_covariance_;
 }
@@ -423,7 +423,7 @@ void BaselineFilter::take_phases() {
         // A slip: its ambiguity restarts from this epoch's observations.
         state_.reset(BaselineState::index(*d.slot), (d.phase_m - d.code_m - jump_m) / d.rover->wavelength_m,
                      std::pow(kUnknownAmbiguity_m / d.rover->wavelength_m, 2));
-        slot.begun = time_;
+        slot.started = time_;
         slot.epochs = 0;
         slot.whole.reset();
       } else if (beyond) {

@@ -17,7 +17,7 @@ namespace canyon::relative {
 struct BaselineSlot {
   gnss::SatelliteId id;
   const gnss::Signal* signal = nullptr;  ///< of an ambiguity [cycles]; null: the ionosphere's difference [m]
-  geodesy::GpsTime begun, seen;
+  geodesy::GpsTime started, seen;
   std::optional<geodesy::GpsTime> rover_since, base_since;  ///< start of the phases' continuity
   bool half_cycle = false;
   int epochs = 0;      ///< number of epochs with its phase

@@ -217,22 +217,22 @@ class CsvReader {
     TextFile ahead = TextFile::streamed(file_.path());
     int header = 0;
     std::size_t count = 0;  // of the fields of a comment
-    bool named = false, begun = false;
-    for (auto line = ahead.next_line(); line && (!begun || ahead.line() <= kMostTexts);
+    bool named = false, started = false;
+    for (auto line = ahead.next_line(); line && (!started || ahead.line() <= kMostTexts);
          line = ahead.next_line()) {
       const std::string_view text = without_mark(*line);
       const Fields fields = csv_fields(text, separator_of(text));
       const bool comment = is_skipped(*line), names = names_columns(text);
       if (!comment && names) header = ahead.line();
       if (!comment && names) break;
-      if (begun || named || trim(text).empty()) {
+      if (started || named || trim(text).empty()) {
         if (!comment && named) break;
         continue;
       }
-      begun = !comment;
+      started = !comment;
       named = names && !numbers_;
       const auto number = [](std::string_view field) { return number_of(field).has_value(); };
-      if (begun && !numbers_ && count == fields.size() && std::any_of(fields.begin(), fields.end(), number))
+      if (started && !numbers_ && count == fields.size() && std::any_of(fields.begin(), fields.end(), number))
         continue;
       header = ahead.line();
       count = comment ? fields.size() : 0;

@@ -51,7 +51,7 @@ double mean_motion(double a_m) {
 
 /// Readers keep their record until the issue of data changes. Regular issues never make this step, and it
 /// differs for several simultaneous faults. BeiDou's issue is an age in hours.
-void issue_anew(gnss::KeplerEphemeris& e) {
+void reissue(gnss::KeplerEphemeris& e) {
   constexpr int kStep = 97;
   switch (e.id.system) {
     case gnss::System::Galileo:
@@ -68,7 +68,7 @@ void issue_anew(gnss::KeplerEphemeris& e) {
 }
 
 void spoil(gnss::KeplerEphemeris& e, const MessageError& error) {
-  issue_anew(e);
+  reissue(e);
   e.af0 += error.clock_s + error.clock_drift * (e.toc - error.since);
   e.af1 += error.clock_drift;
   const double a = e.sqrt_a * e.sqrt_a;

@@ -57,7 +57,7 @@ void CompactLines::Arc::go_on(std::int64_t difference) {
 CompactLines::CompactLines(TextFile file, ReadReport& notes) : file_(std::move(file)), notes_(notes) {}
 
 void CompactLines::begin() {
-  begun_ = true;
+  started_ = true;
   const auto first = file_.next_line();
   if (!first) return;
   begin_file(*first);
@@ -79,7 +79,7 @@ bool CompactLines::begin_file(std::string_view first) {
 }
 
 std::optional<std::string_view> CompactLines::next_line() {
-  if (!begun_) begin();
+  if (!started_) begin();
   if (!compact_) return file_.next_line();
   if (next_ == ready_.size()) {
     ready_.clear();

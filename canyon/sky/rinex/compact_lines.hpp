@@ -67,7 +67,7 @@ class CompactLines {
 
   TextFile file_;
   ReadReport& notes_;
-  bool begun_ = false, compact_ = false, version2_ = false;
+  bool started_ = false, compact_ = false, version2_ = false;
   HeaderRecords header_;
   bool in_header_ = true;
   std::string epoch_line_;  ///< empty: not known, until one starts again

@@ -56,10 +56,10 @@ Scale error_scale(const GroupComparison& comparison, std::size_t drawn) {
   }
   const double total = std::accumulate(all.begin(), all.end(), 0.0);
   double below = 0, low = 0.1, high = 100;
-  bool begun = false;
+  bool started = false;
   for (std::size_t i = 0; i < kErrorBins; ++i) {
     below += all[i];
-    if (!begun && below > 1e-3 * total) low = error_edge_m(i), begun = true;
+    if (!started && below > 1e-3 * total) low = error_edge_m(i), started = true;
     if (below <= (1 - 1e-3) * total) high = error_edge_m(std::min(i + 2, kErrorBins));
   }
   return drawing::decade_scale(low, std::max(high, low * 10));

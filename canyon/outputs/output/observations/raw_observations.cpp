@@ -26,9 +26,9 @@ RawEpoch RawObservations::next(const receiver::ReceiverEpoch& seen) {
         o.carrier_phase_cycles =
             *m.carrier_phase_cycles + link->alignment_cycles + m.carrier_frequency_hz * shift_s;
         o.slip = link->slip;
-        geodesy::GpsTime& begun = begun_[{satellite.id, gnss::index_of(signal)}];
-        if (link->begins) begun = seen.time;
-        o.locked_s = seen.time - begun;
+        geodesy::GpsTime& started = lock_start_[{satellite.id, gnss::index_of(signal)}];
+        if (link->begins) started = seen.time;
+        o.locked_s = seen.time - started;
       }
       epoch.observations.push_back(o);
     };

@@ -101,7 +101,7 @@ class RawObservations {
   Tags tags_;
   PhaseArcs arcs_;
   std::map<std::pair<gnss::SatelliteId, std::size_t>, geodesy::GpsTime>
-      begun_;  ///< start of each signal's arc
+      lock_start_;  ///< start of each signal's arc
 };
 
 /// The indicator of signal strength (RINEX 3.04, 5.7 and table 12): min(max(int(C/N0 / 6), 1), 9).

@@ -91,7 +91,7 @@ struct DeadReckoning::State {
         initial_attitude(sensors),
         constraints(dead_reckoning, sensors) {}
 
-  void begin_anew() {
+  void reset_state() {
     estimate.reset();
     last_reading.reset();
     navigating = false;
@@ -106,7 +106,7 @@ struct DeadReckoning::State {
     const std::optional<GpsTime> before = std::exchange(last_reading, reading.time);
     if (!estimate) return;
     const double elapsed_s = before ? reading.time - *before : mounting.imu_interval_s;
-    if (elapsed_s > kGap_s) return begin_anew();
+    if (elapsed_s > kGap_s) return reset_state();
     // Jitter of timestamps does not change the interval's length.
     const bool whole = std::abs(elapsed_s - mounting.imu_interval_s) < 0.5 * mounting.imu_interval_s;
     const double dt_s = whole ? mounting.imu_interval_s : std::max(0.0, elapsed_s);
@@ -362,7 +362,7 @@ struct DeadReckoning::State {
         return answer(time, fix, true);
       }
     }
-    if (estimate && last_reading && time - *last_reading > kGap_s) begin_anew();
+    if (estimate && last_reading && time - *last_reading > kGap_s) reset_state();
     if (!estimate) {
       Fix result = fix;
       result.fusion = sensors_alone();

@@ -264,11 +264,11 @@ TEST(InitialAttitude, LevelsAtRest) {
   rest.specific_force_mps2 = enu_from_body.transpose() * Vector3d(0, 0, 9.8);
   rest.angular_rate_radps = {1e-3, 2e-3, 3e-3};
   initial_attitude.stand(rest);
-  const auto begun = initial_attitude.begin(drive.fix(), rest, options());
-  ASSERT_TRUE(begun);
-  const Eigen::Matrix3d found = geodesy::enu_from_ecef_rotation(kHome) * begun->state.rotation();
+  const auto started = initial_attitude.begin(drive.fix(), rest, options());
+  ASSERT_TRUE(started);
+  const Eigen::Matrix3d found = geodesy::enu_from_ecef_rotation(kHome) * started->state.rotation();
   EXPECT_LT((found - enu_from_body).norm(), 1e-4);
-  EXPECT_EQ(begun->sensors.gyroscope_bias, rest.angular_rate_radps);
+  EXPECT_EQ(started->sensors.gyroscope_bias, rest.angular_rate_radps);
 }
 
 TEST(Standstill, ByWheelsAndBySilence) {

@@ -183,7 +183,7 @@ std::optional<InertialEstimate> InitialAttitude::begin(const Fix& fix, const Imu
   const double course_sigma = std::sqrt(across.dot(*fix.velocity_covariance_enu * across)) / speed;
   if (course_sigma > kGoodCourse_rad) return std::nullopt;
 
-  InertialEstimate begun;
+  InertialEstimate started;
   double pitch = 0, roll = 0;
   const TriadModel& accelerometer = mounting_.accelerometer;
   const TriadModel& gyroscope = mounting_.gyroscope;
@@ -194,7 +194,7 @@ std::optional<InertialEstimate> InitialAttitude::begin(const Fix& fix, const Imu
     const Vector3d& f = at_rest_->specific_force_mps2;
     pitch = std::asin(std::clamp(f.x() / f.norm(), -1.0, 1.0));
     roll = std::atan2(f.y(), f.z());
-    begun.sensors.gyroscope_bias = at_rest_->angular_rate_radps;
+    started.sensors.gyroscope_bias = at_rest_->angular_rate_radps;
     // Includes Earth's rotation, as the heading was unknown.
     gyroscope_sigma = geodesy::kEarthRotationRate + gyroscope.drift + gyroscope.white;
     // The rest may have been long ago, on another slope.
@@ -205,12 +205,12 @@ std::optional<InertialEstimate> InitialAttitude::begin(const Fix& fix, const Imu
                                   AngleAxisd(roll, Vector3d::UnitX()))
                                      .toRotationMatrix();
   const Matrix3d ecef_from_enu = geodesy::enu_from_ecef_rotation(fix.position).transpose();
-  InertialState& state = begun.state;
+  InertialState& state = started.state;
   state.ecef_from_body = Eigen::Quaterniond(Matrix3d(ecef_from_enu * enu_from_body));
   state.velocity_mps = ecef_from_enu * velocity;
   state.position_m = fix.position_ecef - state.rotation() * mounting_.antenna_m;
 
-  ErrorMatrix& p = begun.p;
+  ErrorMatrix& p = started.p;
   const double heading_sigma = std::hypot(kCourse_rad, course_sigma);
   const Matrix3d attitude =
       Vector3d(squared(tilt_sigma), squared(tilt_sigma), squared(heading_sigma)).asDiagonal();
@@ -229,7 +229,7 @@ std::optional<InertialEstimate> InitialAttitude::begin(const Fix& fix, const Imu
   }
   p(kWheelScale, kWheelScale) = squared(mounting_.wheels ? mounting_.wheels->scale + 1e-4 : 0);
   p(kTurnScale, kTurnScale) = squared(gyroscope.scale + 1e-6);
-  return begun;
+  return started;
 }
 
 }  // namespace canyon::positioning

@@ -16,13 +16,13 @@ namespace canyon::heatmap {
 template <class Call>
 void spread(std::size_t count, const Call& call) {
   // Tasks already order the threads; ThreadSanitizer cannot see into TBB and needs this.
-  std::atomic<std::size_t> begun{0}, done{0};
-  begun.store(1, std::memory_order_release);
+  std::atomic<std::size_t> started{0}, done{0};
+  started.store(1, std::memory_order_release);
   tbb::this_task_arena::isolate([&] {
     tbb::parallel_for(
         tbb::blocked_range<std::size_t>(0, count, 1),
         [&](const tbb::blocked_range<std::size_t>& range) {
-          (void)begun.load(std::memory_order_acquire);
+          (void)started.load(std::memory_order_acquire);
           for (std::size_t i = range.begin(); i != range.end(); ++i) call(i);
           done.fetch_add(1, std::memory_order_release);
         },
