@@ -38,7 +38,7 @@ using geodesy::GpsTime;
 
 constexpr double kDrive_m = 500, kAntenna_m = 1.5;
 /// Interval of the checks of a route, and distance checked to each side [m].
-constexpr double kStep_m = 2, kBeside_m = 1.2;
+constexpr double kStep_m = 2, kLateralOffset_m = 1.2;
 
 bool is_folder(const fs::path& path) {
   std::error_code ignored;
@@ -147,8 +147,8 @@ class DriveFinder {
       const Eigen::Vector3d at(position.x() + east_m, position.y() + north_m, up_m);
       return scene_.scene.containment(at) == raytrace::Containment::Free;
     };
-    return free(0, 0) && free(kBeside_m, 0) && free(-kBeside_m, 0) && free(0, kBeside_m) &&
-           free(0, -kBeside_m);
+    return free(0, 0) && free(kLateralOffset_m, 0) && free(-kLateralOffset_m, 0) &&
+           free(0, kLateralOffset_m) && free(0, -kLateralOffset_m);
   }
 
   /// The shortest path to the nearest point that is 500 m away along it, else to the farthest (Dijkstra).

@@ -173,7 +173,7 @@ struct GnssWorld::Impl {
     std::vector<std::string> topics;
     if (settings.publish_navsat) topics.push_back(topic);
     if (settings.publish_gazebo) {
-      topics.push_back(gnss_topic_beside(topic, own_topic));
+      topics.push_back(gnss_topic_for(topic, own_topic));
       receiver.hosted->add(make_gnss_publisher(identity, topics.back()));
     }
 #ifdef CANYON_WITH_ROS2

@@ -72,7 +72,7 @@ std::unique_ptr<live::EpochPublisher> make_navsat_publisher(const std::string& t
   return std::make_unique<NavSatPublisher>(topic, frame_id);
 }
 
-std::string gnss_topic_beside(const std::string& navsat_topic, bool chosen_by_user) {
+std::string gnss_topic_for(const std::string& navsat_topic, bool chosen_by_user) {
   const std::size_t last = navsat_topic.rfind('/');
   const bool whole = chosen_by_user || last == std::string::npos;
   return whole ? navsat_topic + "/gnss" : navsat_topic.substr(0, last) + "/gnss";

@@ -20,7 +20,7 @@ namespace canyon::adapters::gz_sim {
 
 /// The topic of canyon.msgs.GnssReceiver for a NavSat topic: ".../sensor/gps/gnss" for
 /// ".../sensor/gps/navsat"; for a topic chosen by the user, "/rover/fix", the same with "/gnss" appended.
-[[nodiscard]] std::string gnss_topic_beside(const std::string& navsat_topic, bool chosen_by_user);
+[[nodiscard]] std::string gnss_topic_for(const std::string& navsat_topic, bool chosen_by_user);
 
 /// canyon.msgs.GnssReceiver (adapters/common/msgs) at every epoch, with or without a fix, if it has
 /// subscribers.

@@ -95,7 +95,7 @@ InputFiles::Scope::~Scope() {
 
 namespace fs = std::filesystem;
 
-bool lies_beside(const fs::path& path, const fs::path& by, const fs::path& other) {
+bool is_in_folder_of(const fs::path& path, const fs::path& by, const fs::path& other) {
   std::error_code error;
   const auto whole = [&error](const fs::path& any) {
     return fs::weakly_canonical(fs::absolute(any, error), error);
@@ -114,7 +114,7 @@ fs::path file_named_by(const fs::path& by, std::string_view name) {
   constexpr std::string_view kScheme = "file://";
   if (name.starts_with(kScheme)) name.remove_prefix(kScheme.size());
   fs::path path = by.parent_path() / name;
-  if (!lies_beside(path, by))
+  if (!is_in_folder_of(path, by))
     throw InputError(by, 0, fmt::format("names '{}', which is outside the folder of this file", name),
                      "move it into the folder, and name it relative to the folder");
   return path;

@@ -50,11 +50,11 @@ class InputFiles {
 
 /// Whether a file or folder, with all links resolved, is in or below the folder of `by`: that of the name
 /// itself or of the file it links to. @param other a folder relative to by's, used instead of by's folder
-[[nodiscard]] bool lies_beside(const std::filesystem::path& path, const std::filesystem::path& by,
-                               const std::filesystem::path& other = {});
+[[nodiscard]] bool is_in_folder_of(const std::filesystem::path& path, const std::filesystem::path& by,
+                                   const std::filesystem::path& other = {});
 
 /// The path of a file that is named in the file `by`: an address without file://, relative to by's folder.
-/// All readers resolve such names by it. Throws InputError unless the file lies_beside() `by`.
+/// All readers resolve such names by it. Throws InputError unless the file is_in_folder_of() `by`.
 [[nodiscard]] std::filesystem::path file_named_by(const std::filesystem::path& by, std::string_view name);
 
 }  // namespace canyon

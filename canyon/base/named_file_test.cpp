@@ -38,12 +38,12 @@ TEST(NamedFile, LiesInTheFolderOfTheFile) {
               std::string::npos)
         << name;
   // If the file is a link, files next to the link and next to its target count; so do links of folders.
-  EXPECT_TRUE(lies_beside(folder / "in/b.bin", folder / "x.gltf"));
-  EXPECT_TRUE(lies_beside(folder / "out.bin", folder / "x.gltf"));
-  EXPECT_TRUE(lies_beside(folder / "way/b.bin", folder / "way/x.gltf"));
-  EXPECT_FALSE(lies_beside(folder / "way/../out.bin", folder / "way/x.gltf"));
-  EXPECT_TRUE(lies_beside(folder / "out.bin", by, ".."));
-  EXPECT_FALSE(lies_beside(folder / "in/b.bin", by, "sub"));
+  EXPECT_TRUE(is_in_folder_of(folder / "in/b.bin", folder / "x.gltf"));
+  EXPECT_TRUE(is_in_folder_of(folder / "out.bin", folder / "x.gltf"));
+  EXPECT_TRUE(is_in_folder_of(folder / "way/b.bin", folder / "way/x.gltf"));
+  EXPECT_FALSE(is_in_folder_of(folder / "way/../out.bin", folder / "way/x.gltf"));
+  EXPECT_TRUE(is_in_folder_of(folder / "out.bin", by, ".."));
+  EXPECT_FALSE(is_in_folder_of(folder / "in/b.bin", by, "sub"));
 }
 
 }  // namespace

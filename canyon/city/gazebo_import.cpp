@@ -354,7 +354,7 @@ class GazeboImport {
     for (const auto& [by, folder] : folders) {
       const fs::path path = (by.parent_path() / folder).lexically_normal() / rest;
       if (!fs::exists(path, error)) continue;
-      if (lies_beside(path, by, folder) || lies_beside(path, top_)) return path;
+      if (is_in_folder_of(path, by, folder) || is_in_folder_of(path, top_)) return path;
       throw InputError(source.path, 0,
                        fmt::format("names '{}', which is outside the folder of this file", uri),
                        "put its folder next to the world and name it model://FOLDER");

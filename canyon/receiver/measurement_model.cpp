@@ -18,7 +18,7 @@ MeasurementModel::MeasurementModel(const ReceiverOptions& options, std::uint64_t
 void MeasurementModel::set_geometry(Instant& at, const Eigen::Vector3d& antenna_ecef) const {
   at.position = geodesy::geodetic_from_ecef(antenna_ecef);
   if (!options_.ionosphere && !options_.troposphere) return;
-  const auto beside = [&](double dt_s) {
+  const auto neighbour = [&](double dt_s) {
     ShiftedAntenna result;
     result.dt_s = dt_s;
     result.antenna_ecef = antenna_ecef + at.motion.velocity_ecef * dt_s;
@@ -27,8 +27,8 @@ void MeasurementModel::set_geometry(Instant& at, const Eigen::Vector3d& antenna_
     result.zenith_m = errors::saastamoinen_zenith_m(result.position);
     return result;
   };
-  at.before = beside(-0.5);
-  at.after = beside(0.5);
+  at.before = neighbour(-0.5);
+  at.after = neighbour(0.5);
 }
 
 /// The receiver's own delay of a satellite's signal [m].

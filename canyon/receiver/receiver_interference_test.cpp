@@ -243,17 +243,17 @@ TEST(ReceiverInterference, AStrongJammerSaturatesTheFrontEnd) {
     };
     return cn0_dbhz({}) - cn0_dbhz({wave(Shape::Band, centre_hz, power_dbm - 30, 20e6)});
   };
-  constexpr double kBeside_hz = 1595e6;
+  constexpr double kOffset_hz = 1595e6;
   for (const double over_db : {-20.0, -6.0, 0.0, 6.0}) {
     const double left = 1 - 0.2175 * std::pow(10, over_db / 10);
-    EXPECT_NEAR(lost_db(options.signal.front_end_compression_dbm + over_db, kBeside_hz, 0),
+    EXPECT_NEAR(lost_db(options.signal.front_end_compression_dbm + over_db, kOffset_hz, 0),
                 -20 * std::log10(left), 1e-3)
         << over_db;
   }
-  EXPECT_GT(lost_db(options.signal.front_end_compression_dbm + 6.7, kBeside_hz, 0), 50);
-  EXPECT_NEAR(lost_db(0, kBeside_hz, 1), 0, 1e-9) << "the other band has an amplifier of its own";
+  EXPECT_GT(lost_db(options.signal.front_end_compression_dbm + 6.7, kOffset_hz, 0), 50);
+  EXPECT_NEAR(lost_db(0, kOffset_hz, 1), 0, 1e-9) << "the other band has an amplifier of its own";
   options.signal.front_end_compression_dbm = std::numeric_limits<double>::infinity();
-  EXPECT_NEAR(lost_db(0, kBeside_hz, 0), 0, 1e-9);
+  EXPECT_NEAR(lost_db(0, kOffset_hz, 0), 0, 1e-9);
 }
 
 // Only C/N0 matters: lost below the tracking threshold, found again after the jamming.

@@ -40,7 +40,7 @@ disturbance::FaultContext field(std::uint64_t seed = 1) {
 }
 
 /// 100 m east, 20 m above the antenna.
-SpoofingOptions beside() {
+SpoofingOptions neighbour() {
   SpoofingOptions options;
   options.transmitter.course.position.east_m = 100;
   options.transmitter.course.position.north_m = 0;
@@ -97,7 +97,7 @@ double envelope_m(double ratio) {
 }
 
 TEST(ReceiverSpoofing, TheStrongerSignalTakesTheFixAlong) {
-  SpoofingOptions spoofing = beside();
+  SpoofingOptions spoofing = neighbour();
   spoofing.pull_off.north_m = 200;
   spoofing.pull_off.clock_m = 1000;  // a GLONASS chip and a half and more between all codes
   spoofing.pull_off.rate_mps = 4;
@@ -124,7 +124,7 @@ TEST(ReceiverSpoofing, TheStrongerSignalTakesTheFixAlong) {
 // an echo.
 TEST(ReceiverSpoofing, CodesStayWithinTheEnvelopeOfTwoPaths) {
   for (const double advantage_db : {-6.0206, 6.0206}) {
-    SpoofingOptions spoofing = beside();
+    SpoofingOptions spoofing = neighbour();
     spoofing.advantage_db = advantage_db;
     spoofing.carrier = SpoofingOptions::Carrier::Held;
     spoofing.pull_off.clock_m = 480;
@@ -160,7 +160,7 @@ TEST(ReceiverSpoofing, CaptureTakesOneToFourDecibelsAndAFrequencyWithinReach) {
                          Row{20, 4, Carrier::FollowsCode, 0, 0.2}, Row{8, -3, Carrier::Held, 0, 0},
                          Row{8, 1, Carrier::Held, 0.3, 0.9}, Row{8, 10, Carrier::Held, 1, 1}}) {
     int captured = 0, all = 0;
-    SpoofingOptions spoofing = beside();
+    SpoofingOptions spoofing = neighbour();
     spoofing.advantage_db = row.advantage_db;
     spoofing.carrier = row.carrier;
     spoofing.pull_off.clock_m = 900;
@@ -187,7 +187,7 @@ TEST(ReceiverSpoofing, AHeldCarrierLetsTheCodeLag) {
   for (const double bn : {1.0, 0.25}) {
     ReceiverOptions options = plain();
     options.signal.dll.loop_bandwidth_hz = bn;
-    SpoofingOptions spoofing = beside();
+    SpoofingOptions spoofing = neighbour();
     spoofing.advantage_db = 20;
     spoofing.carrier = SpoofingOptions::Carrier::Held;
     spoofing.pull_off.clock_m = 1000;
@@ -213,7 +213,7 @@ TEST(ReceiverSpoofing, AHeldCarrierLetsTheCodeLag) {
 // 5 km north and 0.1 ms later, all from one antenna: codes are far from the true ones. A tracking receiver
 // stays, a searching one takes the strongest signal.
 TEST(ReceiverSpoofing, AnotherPlaceIsForThoseWhoSearch) {
-  SpoofingOptions spoofing = beside();
+  SpoofingOptions spoofing = neighbour();
   spoofing.shows.position.east_m = 0;
   spoofing.shows.position.north_m = 5000;
   spoofing.shows.position.up_m = 0;
@@ -236,7 +236,7 @@ TEST(ReceiverSpoofing, AnotherPlaceIsForThoseWhoSearch) {
 // On another continent most satellites differ. Copies that drown the true signals in noise capture tracking
 // receivers as well.
 TEST(ReceiverSpoofing, OverwhelmingCopiesShowAnywhere) {
-  SpoofingOptions spoofing = beside();
+  SpoofingOptions spoofing = neighbour();
   spoofing.shows.position.latitude_deg = -10;
   spoofing.shows.position.longitude_deg = 20;
   spoofing.shows.position.height_m = 600;
@@ -257,7 +257,7 @@ TEST(ReceiverSpoofing, OverwhelmingCopiesShowAnywhere) {
 }
 
 TEST(ReceiverSpoofing, MeaconingShowsTheRepeatersPlace) {
-  SpoofingOptions spoofing = beside();
+  SpoofingOptions spoofing = neighbour();
   spoofing.kind = SpoofingOptions::Kind::Meaconing;
   spoofing.delay_s = 2e-7;
   spoofing.advantage_db = 20;
@@ -275,7 +275,7 @@ TEST(ReceiverSpoofing, MeaconingShowsTheRepeatersPlace) {
 
 // Copies of one code are noise to others: 1 + C / N0 (2 / 3) / Rc (interference_test.cpp).
 TEST(ReceiverSpoofing, CopiesAreNoiseToOtherCodes) {
-  SpoofingOptions spoofing = beside();
+  SpoofingOptions spoofing = neighbour();
   spoofing.advantage_db = 40;
   SpoofingOptions none = spoofing;
   none.satellites = {"S39"};  // there is none
@@ -306,7 +306,7 @@ TEST(ReceiverSpoofing, CopiesAreNoiseToOtherCodes) {
 }
 
 TEST(ReceiverSpoofing, OtherSignalsAndReceiversWithoutStrengthStayTrue) {
-  SpoofingOptions spoofing = beside();
+  SpoofingOptions spoofing = neighbour();
   spoofing.advantage_db = 10;
   spoofing.pull_off.north_m = 300;
   spoofing.pull_off.rate_mps = 4;
@@ -334,7 +334,7 @@ TEST(ReceiverSpoofing, OtherSignalsAndReceiversWithoutStrengthStayTrue) {
 // A receiver can detect it: its gain falls while signals do not weaken, or its clock jumps.
 TEST(ReceiverSpoofing, ReceiversMayNotice) {
   ReceiverOptions options = plain();
-  SpoofingOptions spoofing = beside();
+  SpoofingOptions spoofing = neighbour();
   Victim blind(spoofing, options);
   EXPECT_EQ(blind.after(5).epoch.spoofing, SpoofingState::Unknown);
 
@@ -413,7 +413,7 @@ TEST(ReceiverSpoofing, ReceiversNoticeAJumpOfTheirClock) {
 }
 
 TEST(ReceiverSpoofing, PowerRampsUpAndTheTransmitterHasOneDirection) {
-  SpoofingOptions spoofing = beside();
+  SpoofingOptions spoofing = neighbour();
   spoofing.advantage_db = 4;
   spoofing.ramp_s = 20;
   spoofing.ramp_from_db = 30;

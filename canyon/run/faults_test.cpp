@@ -444,9 +444,9 @@ TEST(Jamming, SaturatesWhatStandsBesideIt) {
     return collector.all.back().epoch.observed.visible;
   };
   EXPECT_EQ(tracked(1, 30), 0);
-  const int beside = tracked(100, 30);
-  EXPECT_GT(beside, 4) << "GLONASS and BeiDou";
-  EXPECT_GT(tracked(1e6, -60), beside + 10);
+  const int neighbour = tracked(100, 30);
+  EXPECT_GT(neighbour, 4) << "GLONASS and BeiDou";
+  EXPECT_GT(tracked(1e6, -60), neighbour + 10);
 }
 
 // --- the timeline

@@ -50,7 +50,7 @@ double root_mean_square(const std::vector<double>& values) {
 }
 
 TEST(RandomWaves, HaveTheirVarianceAndCorrelation) {
-  double mean = 0, square = 0, later = 0, beside = 0, far = 0;
+  double mean = 0, square = 0, later = 0, neighbour = 0, far = 0;
   const int n = 4000;
   for (int seed = 1; seed <= n; ++seed) {
     const RandomWaves waves(RandomStream(static_cast<std::uint64_t>(seed), "w"), 100, 1e3);
@@ -59,13 +59,13 @@ TEST(RandomWaves, HaveTheirVarianceAndCorrelation) {
     mean += value / n;
     square += value * value / n;
     later += value * waves.at(kNoon + 100.0, point) / n;
-    beside += value * waves.at(kNoon, point + Eigen::Vector3d(0, 500, 0)) / n;
+    neighbour += value * waves.at(kNoon, point + Eigen::Vector3d(0, 500, 0)) / n;
     far += value * waves.at(kNoon + 500.0, point) / n;
   }
   EXPECT_NEAR(mean, 0, 0.05);
   EXPECT_NEAR(square, 1, 0.07);
   EXPECT_NEAR(later, std::exp(-0.5), 0.07);
-  EXPECT_NEAR(beside, std::exp(-0.125), 0.07);
+  EXPECT_NEAR(neighbour, std::exp(-0.125), 0.07);
   EXPECT_NEAR(far, 0, 0.05);
 }
 
@@ -121,7 +121,7 @@ TEST(SpaceErrors, CancelOverShortBaselines) {
   std::map<double, std::array<std::vector<double>, 3>> left;
   for (std::uint64_t seed = 1; seed <= 300; ++seed) {
     const SpaceErrors errors({}, seed, std::vector{id}, kKlobuchar);
-    const auto beside_model = [&](const Eigen::Vector3d& point) {
+    const auto neighbour_model = [&](const Eigen::Vector3d& point) {
       const orbit::LineOfSight line = line_of(id, point, 120, 40);
       const geodesy::Geodetic at = geodesy::geodetic_from_ecef(point);
       SpaceDelays delays = delays_of(errors, line, kNoon, point);
@@ -130,9 +130,9 @@ TEST(SpaceErrors, CancelOverShortBaselines) {
       delays.troposphere_m -= saastamoinen_delay_m(at, line.elevation_rad);
       return delays;
     };
-    const SpaceDelays here = beside_model(kFrame.ecef_from_local({0, 0, 0}));
+    const SpaceDelays here = neighbour_model(kFrame.ecef_from_local({0, 0, 0}));
     for (const double distance_m : {0.0, 1e3, 5e4}) {
-      const SpaceDelays there = beside_model(kFrame.ecef_from_local({distance_m, 0, 0}));
+      const SpaceDelays there = neighbour_model(kFrame.ecef_from_local({distance_m, 0, 0}));
       const bool at_all = distance_m == 0;
       left[distance_m][0].push_back(at_all ? here.orbit_clock_m : there.orbit_clock_m - here.orbit_clock_m);
       left[distance_m][1].push_back(at_all ? here.ionosphere_m : there.ionosphere_m - here.ionosphere_m);

@@ -53,8 +53,8 @@ double mean(const std::vector<double>& values) {
 }
 
 /// Runs the drive and returns the skyline where fixes are lost or bad, and at the better half of the fixes.
-void expect_trouble_beside_tall_buildings(const std::string& model, const std::string& systems, int mask_deg,
-                                          std::size_t least_lost) {
+void expect_trouble_near_tall_buildings(const std::string& model, const std::string& systems, int mask_deg,
+                                        std::size_t least_lost) {
   CANYON_SHARED_DATA(mesh, "hongkong/buildings.dae");
   const simulation::Simulation simulation =
       test::prepare(drive_yaml(model, systems, mask_deg), mesh.parent_path().parent_path());
@@ -98,16 +98,16 @@ void expect_trouble_beside_tall_buildings(const std::string& model, const std::s
 }
 
 TEST(Drive, SpecularTroubleFallsBesideTallBuildings) {
-  expect_trouble_beside_tall_buildings("specular", "GPS, BeiDou", 10, 0);
+  expect_trouble_near_tall_buildings("specular", "GPS, BeiDou", 10, 0);
 }
 TEST(Drive, MirrorTroubleFallsBesideTallBuildings) {
-  expect_trouble_beside_tall_buildings("mirror", "GPS, BeiDou", 10, 0);
+  expect_trouble_near_tall_buildings("mirror", "GPS, BeiDou", 10, 0);
 }
 TEST(Drive, SpecularGpsAloneLosesItsFixBesideTallBuildings) {
-  expect_trouble_beside_tall_buildings("specular", "GPS", 15, 50);
+  expect_trouble_near_tall_buildings("specular", "GPS", 15, 50);
 }
 TEST(Drive, MirrorGpsAloneLosesItsFixBesideTallBuildings) {
-  expect_trouble_beside_tall_buildings("mirror", "GPS", 15, 20);
+  expect_trouble_near_tall_buildings("mirror", "GPS", 15, 20);
 }
 
 const char* const kSyntheticYaml =

@@ -45,9 +45,9 @@ receivers: [{{name: rover, profile: ideal, elevation_mask_deg: 10}}]
                      east_m, north_m, kAltitude_m, model);
 }
 
-class HeatmapBesideReceivers : public ::testing::TestWithParam<std::string> {};
+class HeatmapAndReceivers : public ::testing::TestWithParam<std::string> {};
 
-TEST_P(HeatmapBesideReceivers, CellsAreWhatAReceiverThereFinds) {
+TEST_P(HeatmapAndReceivers, CellsAreWhatAReceiverThereFinds) {
   const test::TemporaryFolder folder;
   const simulation::Simulation scenario = test::prepare(scenario_at(GetParam(), 0, 0), folder.path());
   heatmap::Request request;
@@ -115,7 +115,7 @@ TEST_P(HeatmapBesideReceivers, CellsAreWhatAReceiverThereFinds) {
             summary.cells);
 }
 
-INSTANTIATE_TEST_SUITE_P(Models, HeatmapBesideReceivers, ::testing::Values("mirror", "specular"),
+INSTANTIATE_TEST_SUITE_P(Models, HeatmapAndReceivers, ::testing::Values("mirror", "specular"),
                          [](const auto& model) { return model.param; });
 
 }  // namespace

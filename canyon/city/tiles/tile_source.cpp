@@ -131,7 +131,7 @@ std::string TileSource::resolve_path(const std::string& base, const std::string&
   const fs::path relative(meshes::percent_decoded(uri.substr(0, uri.find_first_of("?#"))));
   std::error_code error;
   const fs::path whole = fs::weakly_canonical(fs::path(base).parent_path() / relative, error);
-  if (error || (!options_.elsewhere && !lies_beside(whole, root_))) {
+  if (error || (!options_.elsewhere && !is_in_folder_of(whole, root_))) {
     throw InputError(fmt::format("'{}' is outside the tileset's folder and is not read", uri),
                      "if you trust the tileset, set city.tiles.elsewhere: true");
   }

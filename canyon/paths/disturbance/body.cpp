@@ -74,12 +74,12 @@ std::optional<Cover> cover(const Sight& ray, const Outline& o, double wavelength
   // Slant distance to a vertical edge, if the ray is at the height of the body.
   const double up_to_m =
       ray.sine > 0 ? std::max(0.0, (o.grounded ? 0 : o.bottom - ray.from.z()) / ray.sine) : 0;
-  const auto beside_excess = [&](const Vector2d& edge) {
+  const auto neighbour_excess = [&](const Vector2d& edge) {
     const double r = std::max(edge.x() / ray.cosine, up_to_m);
     return std::hypot(r, edge.y()) - r;
   };
-  if (!span(beside_excess(o.right), o.right.y() < 0, beside_excess(o.left), o.left.y() > 0, false, wavelength,
-            across))
+  if (!span(neighbour_excess(o.right), o.right.y() < 0, neighbour_excess(o.left), o.left.y() > 0, false,
+            wavelength, across))
     return std::nullopt;
   return Cover{up.value * across.value, up.covers && across.covers, std::min(up.excess_m, across.excess_m)};
 }
@@ -137,12 +137,12 @@ Blockage blockage(const Body& body, const Sight& ray, double wavelength_m) {
   if (body.kind == Body::Kind::Crown) return {};
   // Most bodies are far from most rays: nu^2 = 2 w^2 / (lambda r) of an edge w off a ray at the range r.
   const Vector2d to_centre = body.centre - ray.from.head<2>();
-  const double ahead = to_centre.dot(ray.along), beside = std::abs(cross(ray.along, to_centre));
+  const double ahead = to_centre.dot(ray.along), neighbour = std::abs(cross(ray.along, to_centre));
   const double radius = body.half_length_m + body.half_width_m;
   if (ahead < -radius || ahead - radius > ray.ahead_m) return {};
   const double clear_square = kClear_nu * kClear_nu / 2 * wavelength_m * (ahead + radius) / ray.cosine;
   const auto clear = [clear_square](double w) { return w > 0 && w * w > clear_square; };
-  if (clear(beside - radius)) return {};
+  if (clear(neighbour - radius)) return {};
   if (ray.sine > 0) {
     if (clear((ray.height(std::max(0.0, ahead - radius)) - body.top_m) * ray.cosine)) return {};
     if (!body.grounded && clear((body.bottom_m - ray.height(ahead + radius)) * ray.cosine)) return {};

@@ -295,11 +295,11 @@ TEST(EdgeDiffraction, NoPathThroughAnythingElse) {
     EXPECT_TRUE(over(World(low).trace(antenna, s)));
   }
   {  // in the path to the antenna: half way up the ray is at y = 5, z = 12
-    Mesh sign = mesh, beside = mesh;
+    Mesh sign = mesh, neighbour = mesh;
     append(sign, {2, 4.9, 11}, {4, 5.1, 13});
-    append(beside, {3.1, 4.9, 11}, {4, 5.1, 13});
+    append(neighbour, {3.1, 4.9, 11}, {4, 5.1, 13});
     EXPECT_FALSE(over(World(sign).trace(antenna, s)));
-    EXPECT_TRUE(over(World(beside).trace(antenna, s)));
+    EXPECT_TRUE(over(World(neighbour).trace(antenna, s)));
   }
   {  // foliage blocks and does not diffract
     Mesh tree = mesh;

@@ -232,11 +232,11 @@ double own_clock_m2(OwnClock& own, const FilterState& filter, double step_m, dou
   const System of = *std::find_if(kConstellations.begin(), kConstellations.end(),
                                   [&filter](System system) { return filter.knows(system); });
   const double clock_m = filter.x(clock_of(of)) + step_m;
-  const double beside_m = clock_m - std::exchange(own.clock_m, clock_m) - dt * filter.x(kDrift);
+  const double lateral_m = clock_m - std::exchange(own.clock_m, clock_m) - dt * filter.x(kDrift);
   if (std::exchange(own.of, of) != of || dt <= 0) return 0;
   const double weight = -std::expm1(-dt / kOwnClock_s);
-  own.rate_mps += weight * (beside_m / dt - own.rate_mps);
-  own.mean_square_m2 += weight * (beside_m * beside_m - own.mean_square_m2);
+  own.rate_mps += weight * (lateral_m / dt - own.rate_mps);
+  own.mean_square_m2 += weight * (lateral_m * lateral_m - own.mean_square_m2);
   return std::abs(own.rate_mps) > kOwnClock_mps ? own.mean_square_m2 : 0;
 }
 

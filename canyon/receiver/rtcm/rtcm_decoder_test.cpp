@@ -79,7 +79,7 @@ TEST(RtcmDecoder, LeastLockTimes) {
 
 /// Cells of all systems with values that are no multiples of the resolutions.
 std::map<System, std::vector<Cell>> random_cells(std::mt19937& random) {
-  std::uniform_real_distribution<double> range(20e6, 40e6), beside(-50, 50), rate(-900, 900), cn0(20, 55);
+  std::uniform_real_distribution<double> range(20e6, 40e6), neighbour(-50, 50), rate(-900, 900), cn0(20, 55);
   std::map<System, std::vector<Cell>> cells;
   for (const System system : gnss::kAllSystems) {
     for (const int number : {3, 7, 9}) {
@@ -88,12 +88,12 @@ std::map<System, std::vector<Cell>> random_cells(std::mt19937& random) {
       const double range_m = range(random), rate_mps = rate(random);
       for (const gnss::Signal& signal : gnss::signals_of(system)) {
         if (signal.msm == 0) continue;
-        const double code_m = range_m + beside(random);
+        const double code_m = range_m + neighbour(random);
         Cell cell{id,
                   signal.code,
                   code_m,
-                  code_m + beside(random),
-                  rate_mps + 0.001 * beside(random),
+                  code_m + neighbour(random),
+                  rate_mps + 0.001 * neighbour(random),
                   100,
                   cn0(random),
                   number == 7,

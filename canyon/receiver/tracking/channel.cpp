@@ -114,7 +114,7 @@ void ChannelModel::receive(std::span<const propagation::Interference> waves,
   }
 }
 
-double ChannelModel::gain_beside(std::span<const ReceivedWave> waves, signal::Band band) const {
+double ChannelModel::gain_under_interference(std::span<const ReceivedWave> waves, signal::Band band) const {
   double sum_hz = 0;
   for (const ReceivedWave& wave : waves)
     if (signal::band_of(wave.spectrum.centre_hz) == band)
@@ -144,7 +144,7 @@ double ChannelModel::noise_factor(const gnss::Signal& signal, gnss::SatelliteId 
     }
     sum += wave.over_noise_hz[band] * separation;
   }
-  const double gain = gain_beside(waves, signal::band_of(signal.carrier_hz));
+  const double gain = gain_under_interference(waves, signal::band_of(signal.carrier_hz));
   return (1 + sum / std::sqrt(kind.peak_power)) / (gain * gain);
 }
 

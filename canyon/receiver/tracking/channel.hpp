@@ -63,10 +63,11 @@ class ChannelModel {
   void receive(std::span<const propagation::Interference> waves, std::vector<ReceivedWave>& received) const;
   /// Amplitude gain (0, 1] of the signals of a band under waves that saturate the stages before the filter
   /// (small_signal_gain()).
-  [[nodiscard]] double gain_beside(std::span<const ReceivedWave> waves, signal::Band band) const;
+  [[nodiscard]] double gain_under_interference(std::span<const ReceivedWave> waves, signal::Band band) const;
   /// Power of noise plus interference over noise alone after a correlator [1], >= 1: 1 + sum of (I / N0)
   /// kappa / R(0) (spectral_separation_per_hz(); J. W. Betz, Navigation 48(4), 2001), over the power gain of
-  /// gain_beside(). C/N0 minus this is the effective C/N0. @param id satellite whose copies are not counted
+  /// gain_under_interference(). C/N0 minus this is the effective C/N0. @param id satellite whose copies are
+  /// not counted
   /// @param carrier_hz of the satellite; @param received_hz the same as received
   [[nodiscard]] double noise_factor(const gnss::Signal& signal, gnss::SatelliteId id, double carrier_hz,
                                     double received_hz, std::span<const ReceivedWave> waves);

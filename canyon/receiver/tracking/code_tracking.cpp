@@ -81,8 +81,8 @@ CodeTracker::CodeTracker(const CorrelationOptions& signal, const DllOptions& loo
                      "reduce their spacing");
   }
   const double small = step_chips_ / 1024;
-  const Pull beside = pull(small, {&direct, 1});
-  gain_chips_ = small * beside.power / beside.d;
+  const Pull neighbour = pull(small, {&direct, 1});
+  gain_chips_ = small * neighbour.power / neighbour.d;
 
   // The highest peak of |R| after the first zero of R: BOC(6,1) causes ripples on the main peak.
   constexpr double kGrid = 1.0 / 512;

@@ -35,8 +35,8 @@ namespace canyon::samples {
 /// low_pass(), whose delay is removed, and decimated; the noise still has the deviation 1. The first samples,
 /// half the length of the filter, lack the signal before them. Jammers are waves with their spectrum and
 /// their power over the noise at each epoch; each sweep of a chirp has another phase. Strong jammers reduce
-/// the gain of the signals as in tracking::ChannelModel::gain_beside(), and keep their own power. Steps and
-/// drifts of the receiver's clock by faults are not in the samples.
+/// the gain of the signals as in tracking::ChannelModel::gain_under_interference(), and keep their own power.
+/// Steps and drifts of the receiver's clock by faults are not in the samples.
 ///
 /// The bytes depend only on options, seed and epochs, not on threads.
 class Generator {

@@ -150,8 +150,8 @@ TEST(MultipathSamples, CodeErrorsAreThoseOfTheCodeLoopsModel) {
                                                         {excess_m, std::polar(kEcho, -kTurn * turn), 0}};
         const double expected_m = model.lock(paths, 0.0)->delay_m;
         // The model's codes have no sidelobes; this one's are 6 % of the peak, one chip away.
-        const bool beside = excess_m + spacing_chips / 2 * chip_m > chip_m;
-        EXPECT_NEAR(correlator.rests_at(spacing_chips * chip_m), expected_m, beside ? 2.5 : 0.8)
+        const bool neighbour = excess_m + spacing_chips / 2 * chip_m > chip_m;
+        EXPECT_NEAR(correlator.rests_at(spacing_chips * chip_m), expected_m, neighbour ? 2.5 : 0.8)
             << excess_m << " m, turned by " << turn << ", spacing " << spacing_chips;
       }
     }

@@ -235,7 +235,7 @@ class Interpolator final : public PathInterpolator {
         std::pow(10, model.clear_cn0_dbhz(signal, line.elevation_rad, source->offset_db) / 10);
     // The noise has the variance 2 at this rate, so its density is 2 / rate.
     const double unit = std::sqrt(cn0_hz * 2 / made_hz * source->waveform.power_over_tracked()) *
-                        model.gain_beside(now.waves, signal::band_of(carrier_hz));
+                        model.gain_under_interference(now.waves, signal::band_of(carrier_hz));
     signal::path_amplitudes(view, carrier_hz, options.signal.antenna, options.signal.strength, amplitudes);
     source->fades.next_epoch();
     const auto path_mps = [&](const Path& path) {

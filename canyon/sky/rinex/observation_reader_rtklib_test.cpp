@@ -18,12 +18,12 @@
 namespace canyon::rinex {
 namespace {
 
-TEST(RinexObservationBesideRtklib, RecordedDrive) {
+TEST(RinexObservationAndRtklib, RecordedDrive) {
   CANYON_SHARED_DATA(path, "urbannav-tst-20190428/COM3_190428_124409.obs");
   EXPECT_EQ(test::expect_as_rtklib(path), 26146U);
 }
 
-TEST(RinexObservationBesideRtklib, Version2) {
+TEST(RinexObservationAndRtklib, Version2) {
   const simulation::test::TemporaryFolder folder;
   for (const std::string time_system : {"GPS", "GLO"}) {
     std::string text = test::observations2(time_system);
@@ -105,7 +105,7 @@ std::string every_signal(bool only_recorded = true) {
   return text;
 }
 
-TEST(RinexObservationBesideRtklib, EverySignal) {
+TEST(RinexObservationAndRtklib, EverySignal) {
   const simulation::test::TemporaryFolder folder;
   ObservationOptions all;
   all.all_signals = true;
@@ -115,7 +115,7 @@ TEST(RinexObservationBesideRtklib, EverySignal) {
 }
 
 // Versions 2 written by RTKLIB's converter name bands, not codes: the values are equal.
-TEST(RinexObservationBesideRtklib, EverySignalInVersion2) {
+TEST(RinexObservationAndRtklib, EverySignalInVersion2) {
   CANYON_NEEDS_PROGRAM("convbin");
   const simulation::test::TemporaryFolder folder;
   ObservationOptions all;
@@ -157,7 +157,7 @@ TEST(RinexObservationBesideRtklib, EverySignalInVersion2) {
 
 // RTKLIB's converter writes the recorded drive in other versions: the values are equal. 2.11 has no BeiDou,
 // 2.12 has new type names, 3.02 calls BeiDou's band 1.
-TEST(RinexObservationBesideRtklib, VersionsThatConvbinWrites) {
+TEST(RinexObservationAndRtklib, VersionsThatConvbinWrites) {
   CANYON_SHARED_DATA(path, "urbannav-tst-20190428/COM3_190428_124409.obs");
   CANYON_NEEDS_PROGRAM("convbin");
   using Key = std::pair<geodesy::GpsTime, gnss::SatelliteId>;

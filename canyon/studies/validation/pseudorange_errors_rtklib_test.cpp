@@ -46,7 +46,7 @@ double group_delay(const RtklibNavigation& navigation, int satellite, RtklibTime
   return delay;
 }
 
-TEST(PseudorangeErrorsBesideRtklib, ResidualsOfTheRecordedDrive) {
+TEST(PseudorangeErrorsAndRtklib, ResidualsOfTheRecordedDrive) {
   CANYON_SHARED_DATA(folder, "urbannav-tst-20190428");
   const auto observation_file = folder / "COM3_190428_124409.obs";
   const std::vector<std::filesystem::path> navigation_files{folder / "hksc1180.19n", folder / "hksc1180.19b"};

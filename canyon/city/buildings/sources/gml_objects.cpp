@@ -256,8 +256,8 @@ std::vector<GmlFace> merged_faces(const GmlDetail& detail) {
   add_all(detail.thematic);
   const std::size_t thematic = faces.size();
   add_all(detail.own);
-  const std::size_t beside = faces.size() - thematic;
-  const bool one_shell = thematic == 0 || 2 * beside <= detail.own.size();
+  const std::size_t neighbour = faces.size() - thematic;
+  const bool one_shell = thematic == 0 || 2 * neighbour <= detail.own.size();
   if (one_shell) return faces;
   // Two descriptions of the same object.
   const bool own = area_of(detail.own) > area_of(detail.thematic);

@@ -360,9 +360,9 @@ Picture draw_track(const TrackDrawing& drawing) {
 
 void draw_frame_ticks(Canvas& canvas, const Rect& area, const city::Box& extent) {
   const TextStyle below{.size = 10.5, .colour = kFaintInk, .align = Align::Centre, .level = TextLevel::Top};
-  TextStyle beside = below, upright = below;
-  beside.align = Align::Right;
-  beside.level = TextLevel::Middle;
+  TextStyle neighbour = below, upright = below;
+  neighbour.align = Align::Right;
+  neighbour.level = TextLevel::Middle;
   upright.angle_rad = -0.5 * geodesy::kPi;
   for (const double east : linear_ticks(extent.min.x(), extent.max.x(), 8)) {
     const double x = map_point(area, extent, {east, extent.min.y()}).x;
@@ -372,7 +372,7 @@ void draw_frame_ticks(Canvas& canvas, const Rect& area, const city::Box& extent)
   for (const double north : linear_ticks(extent.min.y(), extent.max.y(), 7)) {
     const double y = map_point(area, extent, {extent.min.x(), north}).y;
     canvas.segments({{{area.x - 4, y}, {area.x, y}}}, {kFaintInk, 0.8});
-    canvas.text({area.x - 7, y}, fmt::format("{:.0f}", north), beside);
+    canvas.text({area.x - 7, y}, fmt::format("{:.0f}", north), neighbour);
   }
   canvas.text({area.centre().x, area.bottom() + 26}, "east of the city's origin [m]", below);
   canvas.text({area.x - 48, area.centre().y}, "north of the city's origin [m]", upright);

@@ -130,8 +130,8 @@ double obstruction_db(const raytrace::RayScene& rays, const Line& line, double t
           profile_aside(rays, line, side, first->range_m, line.length_m - last->range_m);
       if (aside.empty()) continue;
       const Station edge = equivalent_edge(aside, line.length_m);
-      constexpr double kBeside_m = 0.05;
-      const Vector3d corner = line.at(edge.along) + (edge.over + kBeside_m) * side;
+      constexpr double kLateralOffset_m = 0.05;
+      const Vector3d corner = line.at(edge.along) + (edge.over + kLateralOffset_m) * side;
       if (!clear(rays, line.from, corner) || !clear(rays, corner, antenna)) continue;
       power += std::pow(10, -edge_loss_db(edge, line.length_m, wavelength_m) / 10);
     }
