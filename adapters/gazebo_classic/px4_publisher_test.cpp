@@ -31,7 +31,7 @@ using canyon::test::sample_identity;
 using canyon::test::SampleReport;
 using ::testing::HasSubstr;
 
-const std::string kStandIn = std::string(canyon_build_dir) + "/lib/libgazebo_px4_stand_in.so";
+const std::string kMock = std::string(canyon_build_dir) + "/lib/libgazebo_px4_stand_in.so";
 constexpr const char* kEmptyWorld = R"(<?xml version="1.0"?><sdf version="1.6"><world name="city"/></sdf>)";
 
 bool stand_in_loaded() {
@@ -39,10 +39,10 @@ bool stand_in_loaded() {
 }
 
 /// Loads PX4's class into the process, as Gazebo does with a plugin.
-const test::Px4StandIn& load_stand_in() {
-  void* const library = dlopen(kStandIn.c_str(), RTLD_LAZY | RTLD_GLOBAL);
+const test::Px4Mock& load_mock() {
+  void* const library = dlopen(kMock.c_str(), RTLD_LAZY | RTLD_GLOBAL);
   if (library == nullptr) throw std::runtime_error(dlerror());
-  return *static_cast<const test::Px4StandIn*>(dlsym(library, "px4_stand_in"));
+  return *static_cast<const test::Px4Mock*>(dlsym(library, "px4_stand_in"));
 }
 
 TEST(SitlGps, TakesFixAndItsAccuracy) {
@@ -114,7 +114,7 @@ TEST(SitlGpsMessage, IsTheSameOnTheWireWithAndWithoutPx4sClass) {
     EXPECT_EQ(dynamic->GetTypeName(), kSitlGpsType);
     EXPECT_EQ(dynamic->SerializeAsString(), wire_bytes(distinct()));
   }
-  load_stand_in();
+  load_mock();
   const auto* generated = message.fill(distinct());
   ASSERT_NE(generated, nullptr);
   EXPECT_TRUE(message.generated());
@@ -166,7 +166,7 @@ TEST_F(Px4Publisher, HandsPx4sClassToSubscribersInTheProcessAlsoWhenItIsLoadedLa
   ASSERT_TRUE(publish_until(*publisher, [&] { return !raw.empty(); }));
   EXPECT_EQ(raw.front(), wire_bytes(*sitl_gps_of(sample.report)));
 
-  const auto& px4 = load_stand_in();
+  const auto& px4 = load_mock();
   px4.subscribe("~/iris/link/gps0");
   EXPECT_TRUE(publish_until(*publisher, [&] { return px4.received() >= 3; }));
   EXPECT_EQ(px4.foreign(), 0);
@@ -179,7 +179,7 @@ TEST_F(Px4Publisher, HandsPx4sClassToSubscribersInTheProcessAlsoWhenItIsLoadedLa
 }
 
 TEST_F(Px4Publisher, HandsPx4sClassToSubscribersWhenItWasThereBefore) {
-  const auto& px4 = load_stand_in();
+  const auto& px4 = load_mock();
   px4.subscribe("~/iris/link/my_gps");
   HostSettings settings;
   settings.px4_topic = "my_gps";
@@ -195,8 +195,7 @@ TEST_F(Px4Publisher, IsReadByAnotherProcess) {
   const auto publisher = make_px4_publisher(node, identity, HostSettings());
   const canyon::test::TemporaryFolder folder;
   const canyon::test::ChildProcess gz(
-      {"env", "LD_PRELOAD=" + kStandIn, "gz", "topic", "-e", "/gazebo/city/typhoon/link/gps0"},
-      folder / "echo");
+      {"env", "LD_PRELOAD=" + kMock, "gz", "topic", "-e", "/gazebo/city/typhoon/link/gps0"}, folder / "echo");
   std::string output;
   EXPECT_TRUE(publish_until(*publisher, [&] {
     if (std::filesystem::exists(folder / "echo")) output = canyon::test::read_bytes(folder / "echo");

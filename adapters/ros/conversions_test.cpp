@@ -46,7 +46,7 @@ struct Ros2Kind {
 };
 
 template <class Kind>
-struct StandIns : Kind {
+struct Mocks : Kind {
   struct Header {
     typename Kind::Time stamp;
     std::string frame_id = "unset";
@@ -144,7 +144,7 @@ struct RosMessages {
   using GnssSatellites = ros1::GnssSatellites;
   static std::uint32_t nanoseconds(const ros::Time& time) { return time.nsec; }
 };
-using AllTypes = testing::Types<StandIns<Ros1Kind>, StandIns<Ros2Kind>, RosMessages>;
+using AllTypes = testing::Types<Mocks<Ros1Kind>, Mocks<Ros2Kind>, RosMessages>;
 #elif defined(CANYON_WITH_ROS2)
 struct RosMessages {
   using NavSatFix = sensor_msgs::msg::NavSatFix;
@@ -157,7 +157,7 @@ struct RosMessages {
 };
 using AllTypes = testing::Types<RosMessages>;
 #else
-using AllTypes = testing::Types<StandIns<Ros1Kind>, StandIns<Ros2Kind>>;
+using AllTypes = testing::Types<Mocks<Ros1Kind>, Mocks<Ros2Kind>>;
 #endif
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();

@@ -15,7 +15,7 @@
 namespace canyon::ros_messages::raw_conversions_test {
 namespace {
 
-struct StandIns {
+struct Mocks {
   struct Time {
     std::int32_t sec = 7;
     std::uint32_t nanosec = 7;
@@ -67,9 +67,9 @@ struct Messages {
   using GnssRawObservations = canyon_msgs::msg::GnssRawObservations;
   using DiagnosticArray = diagnostic_msgs::msg::DiagnosticArray;
 };
-using AllTypes = testing::Types<StandIns, Messages>;
+using AllTypes = testing::Types<Mocks, Messages>;
 #else
-using AllTypes = testing::Types<StandIns>;
+using AllTypes = testing::Types<Mocks>;
 #endif
 
 template <class Types>

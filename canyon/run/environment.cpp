@@ -75,7 +75,7 @@ std::optional<Eigen::Vector3d> lifted_onto_terrain(const raytrace::RayScene& sce
 }  // namespace
 
 propagation::Arrival make_arrival(const orbit::Sky& sky, std::span<const gnss::SatelliteId> satellites,
-                                  const raytrace::RayScene& scene, const Standpoint& standpoint) {
+                                  const raytrace::RayScene& scene, const AntennaState& standpoint) {
   propagation::Arrival arrival;
   arrival.ecef_from_enu = standpoint.ecef_from_enu;
   arrival.antenna_enu = standpoint.antenna_enu;

@@ -55,7 +55,7 @@ using Tracer =
 [[nodiscard]] Tracer tracer_of(const propagation::Propagator& propagator);
 
 /// Antenna position for the sky and for the start of its rays.
-struct Standpoint {
+struct AntennaState {
   geodesy::GpsTime time;
   Eigen::Vector3d antenna_ecef;   ///< lines of sight are from here [m]
   Eigen::Vector3d antenna_enu;    ///< the same position in the city's frame [m]
@@ -68,7 +68,7 @@ struct Standpoint {
 [[nodiscard]] propagation::Arrival make_arrival(const orbit::Sky& sky,
                                                 std::span<const gnss::SatelliteId> satellites,
                                                 const raytrace::RayScene& scene,
-                                                const Standpoint& standpoint);
+                                                const AntennaState& standpoint);
 /// Sets the traced paths of an arrival. Inside a building or under terrain nothing is traced and every
 /// satellite is blocked.
 void add_paths(propagation::Arrival& arrival, const Tracer& trace);

@@ -155,7 +155,7 @@ class Builder {
 
   // --- assigning parts to buildings ------------------------------------------------------------------
 
-  [[nodiscard]] bool stands_by_tags(std::size_t i) const {
+  [[nodiscard]] bool is_built_by_tags(std::size_t i) const {
     return map_.features[i].surfaces.empty() && !located_[i].polygons.empty();
   }
 
@@ -163,7 +163,7 @@ class Builder {
   void drop_duplicates() {
     SameOutlines seen;
     for (std::size_t i = 0; i < located_.size(); ++i) {
-      if (map_.features[i].kind != FeatureKind::Building || !stands_by_tags(i)) continue;
+      if (map_.features[i].kind != FeatureKind::Building || !is_built_by_tags(i)) continue;
       const auto same = seen.add(i, located_[i].polygons, tags_.shape(i).min_height_m);
       if (!same) continue;
       located_[i].polygons.clear();
@@ -176,7 +176,7 @@ class Builder {
     std::vector<std::size_t> building_index, part_index;
     std::vector<Outline> buildings, parts;
     for (std::size_t i = 0; i < located_.size(); ++i) {
-      if (!stands_by_tags(i)) continue;
+      if (!is_built_by_tags(i)) continue;
       const MapFeature& feature = map_.features[i];
       const Outline outline{&feature.id, &feature.belongs_to, &located_[i].polygons};
       if (feature.kind == FeatureKind::Building) {

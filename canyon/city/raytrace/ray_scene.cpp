@@ -351,13 +351,13 @@ Containment RayScene::containment(const Vector3d& point) const {
   if (terrain_above) {
     impl_->crossings({point, -Vector3d::UnitZ()}, found);
     double nearest = std::numeric_limits<double>::infinity();
-    bool stands_on_terrain = false;
+    bool is_on_terrain = false;
     for (const Impl::Crossing& c : found) {
       if (impl_->surfaces[c.triangle] != city::Surface::Terrain || c.range >= nearest) continue;
       nearest = c.range;
-      stands_on_terrain = impl_->city.area_normal(c.triangle).z() > 0;
+      is_on_terrain = impl_->city.area_normal(c.triangle).z() > 0;
     }
-    if (!stands_on_terrain) return Containment::UnderTerrain;
+    if (!is_on_terrain) return Containment::UnderTerrain;
   }
   if (!roof_above) return Containment::Free;
 

@@ -234,8 +234,8 @@ class SkinSplit {
       if (region == kNoRegion) continue;
       const Sum& sum = sums[region];
       const bool upright = std::abs(regions_.regions[region].normal.z()) < kUpright;
-      const bool stands = upright ? sum.highest > kWall_m : sum.height > kLow_m * sum.area;
-      classes_[t] = stands ? SkinClass::Building : SkinClass::Terrain;
+      const bool is_stationary = upright ? sum.highest > kWall_m : sum.height > kLow_m * sum.area;
+      classes_[t] = is_stationary ? SkinClass::Building : SkinClass::Terrain;
     }
   }
 

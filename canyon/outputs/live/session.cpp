@@ -342,7 +342,7 @@ struct Session::Impl {
              sends_samples(r);
     };
     for (Vehicle& vehicle : vehicles) {
-      if (stands_still(vehicle)) continue;
+      if (has_stopped(vehicle)) continue;
       for (const Schedule& each : vehicle.receivers) {
         if (!needs(each.receiver)) continue;
         if (!vehicle.source) {
@@ -498,7 +498,7 @@ struct Session::Impl {
     if (epochs.over() || (!by_stamps() && now < at)) return false;
     if (!vehicle.source) {
       // With stamps, fixed receivers follow the receivers with poses.
-      const bool along = by_stamps() && stands_still(vehicle) &&
+      const bool along = by_stamps() && has_stopped(vehicle) &&
                          std::any_of(vehicles.begin(), vehicles.end(),
                                      [](const Vehicle& other) { return other.source != nullptr; });
       return !along || at <= stamped_ns;
@@ -528,13 +528,13 @@ struct Session::Impl {
   /// Whether all moving vehicles have ended or, if none moves, all vehicles.
   [[nodiscard]] bool ended() const {
     const bool moving = !std::all_of(vehicles.begin(), vehicles.end(),
-                                     [this](const Vehicle& vehicle) { return stands_still(vehicle); });
+                                     [this](const Vehicle& vehicle) { return has_stopped(vehicle); });
     return std::all_of(vehicles.begin(), vehicles.end(), [&](const Vehicle& vehicle) {
-      return (moving && stands_still(vehicle)) || ended(vehicle);
+      return (moving && has_stopped(vehicle)) || ended(vehicle);
     });
   }
 
-  [[nodiscard]] bool stands_still(const Vehicle& vehicle) const {
+  [[nodiscard]] bool has_stopped(const Vehicle& vehicle) const {
     return !vehicle.receivers.empty() && scenario.receivers[vehicle.receivers.front().receiver].fixed;
   }
   /// Collects the due epochs, in order for each vehicle, with stamps at most one block. Returns whether there

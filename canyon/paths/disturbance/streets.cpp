@@ -85,7 +85,7 @@ Street::Street(const StreetOptions& options, std::uint64_t seed)
   own_lane_ = static_cast<int>(unit(mixed(seed_, 0)) * numbers_.lanes);
   const double azimuth_rad = options_.azimuth_deg ? geodesy::radians(*options_.azimuth_deg)
                                                   : 2 * geodesy::kPi * unit(mixed(seed_, kAzimuth));
-  standing_ahead_ = {std::sin(azimuth_rad), std::cos(azimuth_rad)};
+  heading_at_rest_ = {std::sin(azimuth_rad), std::cos(azimuth_rad)};
 }
 
 double Street::travelled_m(geodesy::GpsTime time, std::uint64_t direction) const {
@@ -215,9 +215,12 @@ void Street::furniture(const Frame& frame, std::vector<Body>& bodies) const {
 void Street::near(geodesy::GpsTime time, const Road* road, const Vector3d& antenna, double above_point_m,
                   std::vector<Body>& bodies) const {
   bodies.clear();
-  Frame frame{
-      time,           0, antenna.z() - above_point_m - numbers_.antenna_height_m, nullptr, antenna.head<2>(),
-      standing_ahead_};
+  Frame frame{time,
+              0,
+              antenna.z() - above_point_m - numbers_.antenna_height_m,
+              nullptr,
+              antenna.head<2>(),
+              heading_at_rest_};
   if (road != nullptr && road->leads()) {
     frame.road = road;
     frame.along_m = road->along_m(time);

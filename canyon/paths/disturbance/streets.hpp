@@ -91,7 +91,7 @@ class Street {
   StreetNumbers numbers_;
   std::uint64_t seed_;
   int own_lane_;  // counted from the middle of the road
-  Eigen::Vector2d standing_ahead_;
+  Eigen::Vector2d heading_at_rest_;
 };
 
 struct StreetsOptions {

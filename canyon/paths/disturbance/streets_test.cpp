@@ -133,7 +133,7 @@ TEST(Street, MovesBodiesSteadilyAndStopsThemAtRedLights) {
   const double speed_mps = street_numbers(options).speed_mps;
   constexpr double kStep = 0.1;
   std::map<std::uint64_t, Vector2d> before;
-  int running = 0, standing = 0;
+  int running = 0, is_stationary = 0;
   for (int k = 0; k < 9000; ++k) {
     std::map<std::uint64_t, Vector2d> now;
     for (const Body& body : bodies(street, kStart + kStep * k)) now[body.name] = body.centre;
@@ -146,11 +146,11 @@ TEST(Street, MovesBodiesSteadilyAndStopsThemAtRedLights) {
       EXPECT_NEAR(point.y(), was->second.y(), 1e-5);
     }
     running += moved > speed_mps * kStep - 1e-5;
-    standing += moved >= 0 && moved < 1e-5;
+    is_stationary += moved >= 0 && moved < 1e-5;
     before = now;
   }
   // Green for 50 of 90 s, over ten cycles.
-  EXPECT_NEAR(running / static_cast<double>(running + standing), 50.0 / 90, 0.02);
+  EXPECT_NEAR(running / static_cast<double>(running + is_stationary), 50.0 / 90, 0.02);
 }
 
 TEST(Street, SparesTheAntennasVehicleAndOthers) {

@@ -514,14 +514,14 @@ bool Propagator::retrace(const Vector3d& antenna, std::span<const Vector3d> dire
   if (directions.size() != traced.directions.size()) return false;
   for (std::size_t i = 0; i < directions.size(); ++i)
     if ((directions[i] - traced.directions[i]).squaredNorm() > kSameSatellite * kSameSatellite) return false;
-  const auto stands = [](const raytrace::PosedInstance& a, const raytrace::PosedInstance& b) {
+  const auto is_stationary = [](const raytrace::PosedInstance& a, const raytrace::PosedInstance& b) {
     constexpr double kMoved_m = 0.01, kTurned = 2e-3;
     const Eigen::Isometry3d &from = a.enu_from_instance, &to = b.enu_from_instance;
     return a.id == b.id && (from.translation() - to.translation()).norm() < kMoved_m &&
            (from.linear() - to.linear()).norm() < kTurned && a.bounds.isApprox(b.bounds);
   };
   const std::vector<raytrace::PosedInstance> now = impl_->instances_about(traced.antenna);
-  if (!std::equal(now.begin(), now.end(), traced.instances.begin(), traced.instances.end(), stands))
+  if (!std::equal(now.begin(), now.end(), traced.instances.begin(), traced.instances.end(), is_stationary))
     return false;
   const std::span<SatellitePaths> found = impl_->trace_near(antenna, directions, traced.edges);
   for (const FarPath& far : traced.far) {

@@ -312,14 +312,14 @@ TEST(SecondOrderInstances, GiveThePathsOfTheSameThingsStandingStill) {
     for (std::size_t v = first; v < still.vertices.size(); ++v) still.vertices[v] = pose * still.vertices[v];
   }
   moving.scene.commit();
-  const World standing(still);
+  const World is_stationary(still);
   std::mt19937_64 random(41);
   std::uniform_real_distribution<double> azimuth(0, 360), elevation(1, 30), x(-6, 8), y(-3, 6), up(0.5, 3.5);
   std::array<int, 4> kinds{};  // city-city, bus next to the antenna, bus next to the satellite, both
   for (int i = 0; i < 20'000; ++i) {
     const Vector3d antenna(x(random), y(random), up(random)),
         s = direction(azimuth(random), elevation(random));
-    const SatellitePaths a = moving.trace(antenna, s), b = standing.trace(antenna, s);
+    const SatellitePaths a = moving.trace(antenna, s), b = is_stationary.trace(antenna, s);
     const std::vector<Key> ka = keys(a), kb = keys(b);
     ASSERT_EQ(ka.size(), kb.size()) << antenna.transpose() << " towards " << s.transpose();
     for (const auto& [excess, point, far_point] : ka) {

@@ -117,7 +117,7 @@ struct Fusion {
   /// initialising.
   double heading_rad = 0, pitch_rad = 0, roll_rad = 0;
   double heading_sigma_rad = 0;  ///< standard deviation
-  bool standing = false;
+  bool is_stationary = false;
   bool imu_calibrated = false, wheels_calibrated = false;
   double imu_hz = 0, wheels_hz = 0;  ///< rates of their readings; 0: no such sensor
 };

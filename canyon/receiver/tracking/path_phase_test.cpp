@@ -71,14 +71,14 @@ TEST(PathPhases, DrivingAveragesMultipathOut) {
     }
     return std::sqrt(sum2 / n);
   };
-  const double standing = rms(0);
+  const double is_stationary = rms(0);
   // Squares of cosines vary by 1/8: the root mean square of 2000 is known to 0.8 %, five of them.
-  EXPECT_NEAR(standing, alpha * 0.1 / (2 * std::sqrt(2.0)) * chip, 0.04 * standing);
+  EXPECT_NEAR(is_stationary, alpha * 0.1 / (2 * std::sqrt(2.0)) * chip, 0.04 * is_stationary);
   const double f = 2 / kL1;
   const double x = kPi * f * options.integration_s;
   const double kept = std::sin(x) / x / std::hypot(1, kPi * f / (2 * options.loop_bandwidth_hz));
   EXPECT_LT(kept, 0.06);
-  EXPECT_NEAR(rms(1), kept * standing, 0.05 * kept * standing);
+  EXPECT_NEAR(rms(1), kept * is_stationary, 0.05 * kept * is_stationary);
 }
 
 }  // namespace

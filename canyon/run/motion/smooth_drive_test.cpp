@@ -135,16 +135,16 @@ TEST(SmoothDrive, KeepsItsLimits) {
 TEST(SmoothDrive, HoldsAreReached) {
   const Trajectory drive = Trajectory::from_waypoints(
       kStart, {Waypoint{at(0, 0)}, Waypoint{at(100, 0), 10, 20}, Waypoint{at(100, 100), 5}}, 2);
-  const double stands = 15 + 2 * kReach;
+  const double is_stationary = 15 + 2 * kReach;
   for (const double t : {0.0, 10.0, 20.0}) {
-    EXPECT_NEAR(east(drive.at(kStart + (stands + t))), 100, 1e-6);
-    EXPECT_LT(drive.at(kStart + (stands + t)).velocity_enu_mps.norm(), 1e-9);
+    EXPECT_NEAR(east(drive.at(kStart + (is_stationary + t))), 100, 1e-6);
+    EXPECT_LT(drive.at(kStart + (is_stationary + t)).velocity_enu_mps.norm(), 1e-9);
   }
-  EXPECT_NEAR(drive.at(kStart + stands).yaw_rad, 0, 1e-6);
+  EXPECT_NEAR(drive.at(kStart + is_stationary).yaw_rad, 0, 1e-6);
   // A quarter turn at 1 rad/s; then 100 m at 5 m/s: 2.5 s and 6.25 m twice, 87.5 m between.
   const double turn_s = geodesy::kPi / 2;
-  EXPECT_NEAR(drive.at(kStart + (stands + 20 + kReach + turn_s + 3)).yaw_rad, geodesy::kPi / 2, 1e-4);
-  EXPECT_NEAR(drive.end() - drive.begin(), stands + 20 + turn_s + 2 * kReach + 2 * 2.5 + 17.5, 1e-3);
+  EXPECT_NEAR(drive.at(kStart + (is_stationary + 20 + kReach + turn_s + 3)).yaw_rad, geodesy::kPi / 2, 1e-4);
+  EXPECT_NEAR(drive.end() - drive.begin(), is_stationary + 20 + turn_s + 2 * kReach + 2 * 2.5 + 17.5, 1e-3);
   const Trajectory back =
       Trajectory::from_waypoints(kStart, {Waypoint{at(0, 0)}, Waypoint{at(100, 0)}, Waypoint{at(0, 0)}}, 2);
   EXPECT_NEAR(back.end() - back.begin(), 30 + 4 * kReach + geodesy::kPi, 1e-3);

@@ -30,7 +30,7 @@
 namespace canyon::simulation {
 
 /// Motion of a receiver in the cells of a heat map.
-enum class Motion : std::uint8_t { Auto, Standing, Driving, Flying };
+enum class Motion : std::uint8_t { Auto, Stationary, Driving, Flying };
 
 /// `map:` of a scenario.
 struct MapOptions {

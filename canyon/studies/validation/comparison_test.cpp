@@ -96,8 +96,8 @@ TEST(Segments, FollowTheStreets) {
   EXPECT_NEAR(segments[0].length_m + segments[1].length_m,
               100 + 4 * std::hypot(3.5, 3.5) + 100 + 20 * std::hypot(5, 0.5) + 20, 1e-9);
 
-  const std::vector<Eigen::Vector3d> standing(7, Eigen::Vector3d(1, 2, 3));
-  const auto one = street_segments(standing);
+  const std::vector<Eigen::Vector3d> is_stationary(7, Eigen::Vector3d(1, 2, 3));
+  const auto one = street_segments(is_stationary);
   ASSERT_EQ(one.size(), 1U);
   EXPECT_EQ(one[0].count, 7U);
   EXPECT_EQ(one[0].length_m, 0);

@@ -67,6 +67,6 @@ int print_last(char* text, int size) {
 
 }  // namespace
 
-extern "C" const canyon::adapters::gazebo_classic::test::Px4StandIn px4_stand_in;
-const canyon::adapters::gazebo_classic::test::Px4StandIn px4_stand_in{subscribe, unsubscribe, count_received,
-                                                                      count_foreign, print_last};
+extern "C" const canyon::adapters::gazebo_classic::test::Px4Mock px4_mock;
+const canyon::adapters::gazebo_classic::test::Px4Mock px4_mock{subscribe, unsubscribe, count_received,
+                                                               count_foreign, print_last};

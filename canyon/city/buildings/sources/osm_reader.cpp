@@ -345,13 +345,13 @@ class FeatureMaker {
       return;
     }
     // Several whole buildings in one relation: each way has more specific tags than the relation.
-    const auto stands_alone = [&](const std::pair<OsmId, const OsmMember*>& member) {
+    const auto is_untagged = [&](const std::pair<OsmId, const OsmMember*>& member) {
       const OsmWay& forward = objects_.ways.at(member.first);
       std::string ignored;
       return member.second->role != "inner" && forward.kind.kind == feature.kind &&
              !ring_of(forward, ignored).empty();
     };
-    if (members.size() > 1 && std::all_of(members.begin(), members.end(), stands_alone)) {
+    if (members.size() > 1 && std::all_of(members.begin(), members.end(), is_untagged)) {
       for (const auto& [forward, member] : members)
         objects_.ways.at(forward).tags.insert(feature.tags.begin(), feature.tags.end());
       notes_.add_counted(Level::Remark, "{} multipolygons of whole buildings, read as these", feature.id);

@@ -111,8 +111,9 @@ int value_size(std::uint32_t key) {
   return key < kOwnRate ? kSizes[key >> 28 & 7] : 0;
 }
 
-Configuration::Configuration(Generation generation, int period_ms, bool rtk, bool dead_reckoning, bool stands)
-    : generation_(generation), stands_(stands) {
+Configuration::Configuration(Generation generation, int period_ms, bool rtk, bool dead_reckoning,
+                             bool is_stationary)
+    : generation_(generation), is_stationary_(is_stationary) {
   for (const KeyDefault& key : kKeys) values_[key.key] = key.value;
   for (const std::uint32_t key : kOff) values_[key] = 0;
   for (const std::uint32_t key : kOn) values_[key] = 1;
@@ -155,7 +156,7 @@ bool Configuration::takes(std::uint32_t key, std::uint64_t value) const {
   if (key == kRateMeasurement) return value > 0;
   if (key == kRateNavigation) return value > 0 && value <= 127;
   if (key == kBaud) return value >= 4800 && value <= 4'000'000;
-  if (key == kBaseMode) return value == 0 || (value == 2 && stands_);
+  if (key == kBaseMode) return value == 0 || (value == 2 && is_stationary_);
   if (value == 0 || key >> 16 != 0x2091) return true;
   return std::none_of(kMessages.begin(), kMessages.end(), [&](const MessageInfo& info) {
     return info.sent == Sent::Never && key >= info.key && key < info.key + kPorts;

@@ -78,7 +78,7 @@ class Configuration {
   /// @param dead_reckoning likewise ESF-STATUS
   /// @param stands it may be a base station with a fixed position (CFG-TMODE-MODE 2)
   Configuration(Generation generation, int period_ms, bool rtk = false, bool dead_reckoning = false,
-                bool stands = false);
+                bool is_stationary = false);
   [[nodiscard]] bool operator==(const Configuration&) const = default;
 
   [[nodiscard]] std::optional<std::uint64_t> value(std::uint32_t key) const;
@@ -103,7 +103,7 @@ class Configuration {
 
  private:
   Generation generation_;
-  bool stands_;
+  bool is_stationary_;
   std::map<std::uint32_t, std::uint64_t> values_;
   std::map<MessageId, std::string> blocks_;
 };

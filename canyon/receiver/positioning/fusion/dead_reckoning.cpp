@@ -143,19 +143,19 @@ struct DeadReckoning::State {
   /// Applies the constraints of the vehicle, some times a second.
   void constrain(const WheelReading* wheels, GpsTime now) {
     if (wheels != nullptr) standstill.add(*wheels);
-    const bool standing = standstill.standing(known_speed());
-    if (standing && !estimate) initial_attitude.stand(standstill.mean());
+    const bool stationary = standstill.is_stationary(known_speed());
+    if (stationary && !estimate) initial_attitude.set_stationary(standstill.mean());
     if (!estimate) return;
     predict();
     if (wheels != nullptr) constraints.take_wheels(*estimate, *wheels);
     if (last_constraint && now - *last_constraint < kConstraint_s - 1e-6) return;
     const double since_s = last_constraint ? now - *last_constraint : kConstraint_s;
     last_constraint = now;
-    if (standing)
+    if (stationary)
       constraints.take_rest(*estimate, standstill.mean(), since_s);
     else if (options.non_holonomic)
       constraints.apply_non_holonomic(*estimate, since_s);
-    stands = standing;
+    is_stationary = stationary;
   }
 
   void take_readings(const SensorReadings& readings) {
@@ -336,7 +336,7 @@ struct DeadReckoning::State {
     fusion.pitch_rad = std::asin(std::clamp(forward.z(), -1.0, 1.0));
     fusion.roll_rad = std::atan2(enu_from_body(2, 1), enu_from_body(2, 2));
     fusion.heading_sigma_rad = std::sqrt(attitude(2, 2));
-    fusion.standing = stands;
+    fusion.is_stationary = is_stationary;
     // Calibrated: a minute of coasting would change the heading by less than 3 deg.
     constexpr double kHeading_rad = 0.026, kBias_radps = 0.0009, kWheels = 0.004;
     const auto sigma = [this](int i) { return std::sqrt(estimate->p(i, i)); };
@@ -374,11 +374,11 @@ struct DeadReckoning::State {
 
   DeadReckoningOptions options;
   SensorMounting mounting;
-  Standstill standstill;
+  StandstillDetector standstill;
   InitialAttitude initial_attitude;
   VehicleConstraints constraints;
   std::optional<InertialEstimate> estimate;
-  bool navigating = false, stands = false;
+  bool navigating = false, is_stationary = false;
   std::optional<GpsTime> last_reading, last_constraint, last_velocity;
   Followed horizontal, vertical;
   std::optional<double> fix_speed_mps;

@@ -263,7 +263,7 @@ TEST(InitialAttitude, LevelsAtRest) {
   ImuReading rest;
   rest.specific_force_mps2 = enu_from_body.transpose() * Vector3d(0, 0, 9.8);
   rest.angular_rate_radps = {1e-3, 2e-3, 3e-3};
-  initial_attitude.stand(rest);
+  initial_attitude.set_stationary(rest);
   const auto started = initial_attitude.begin(drive.fix(), rest, options());
   ASSERT_TRUE(started);
   const Eigen::Matrix3d found = geodesy::enu_from_ecef_rotation(kHome) * started->state.rotation();
@@ -271,35 +271,35 @@ TEST(InitialAttitude, LevelsAtRest) {
   EXPECT_EQ(started->sensors.gyroscope_bias, rest.angular_rate_radps);
 }
 
-TEST(Standstill, ByWheelsAndBySilence) {
+TEST(StandstillDetector, ByWheelsAndBySilence) {
   SensorMounting mounting;
   mounting.imu_interval_s = 0.01;
   RandomStream random(1, "standstill");
   ImuReading reading;
-  const auto feel = [&](Standstill& standstill, double shake) {
+  const auto feel = [&](StandstillDetector& standstill, double shake) {
     for (int k = 0; k < 150; ++k) {
       reading.time = reading.time + 0.01;
       reading.specific_force_mps2 = {shake * random.normal(), 0, 9.8};
       standstill.add(reading);
     }
   };
-  Standstill silent(mounting);
-  EXPECT_FALSE(silent.standing(0.0));
+  StandstillDetector silent(mounting);
+  EXPECT_FALSE(silent.is_stationary(0.0));
   feel(silent, 0.01);
-  EXPECT_TRUE(silent.standing(0.1));
-  EXPECT_FALSE(silent.standing(10.0)) << "a smooth road";
-  EXPECT_FALSE(silent.standing(std::nullopt));
+  EXPECT_TRUE(silent.is_stationary(0.1));
+  EXPECT_FALSE(silent.is_stationary(10.0)) << "a smooth road";
+  EXPECT_FALSE(silent.is_stationary(std::nullopt));
   feel(silent, 0.5);
-  EXPECT_FALSE(silent.standing(0.1));
+  EXPECT_FALSE(silent.is_stationary(0.1));
 
   mounting.wheels = WheelModel{};
-  Standstill wheeled(mounting);
+  StandstillDetector wheeled(mounting);
   feel(wheeled, 0.01);
-  EXPECT_FALSE(wheeled.standing(0.0));
+  EXPECT_FALSE(wheeled.is_stationary(0.0));
   for (int k = 0; k < 6; ++k) wheeled.add(WheelReading{kBegin + 0.1 * k, 0.1, 0});
-  EXPECT_TRUE(wheeled.standing(10.0));
+  EXPECT_TRUE(wheeled.is_stationary(10.0));
   wheeled.add(WheelReading{kBegin + 0.7, 0.1, 0.2});
-  EXPECT_FALSE(wheeled.standing(0.0));
+  EXPECT_FALSE(wheeled.is_stationary(0.0));
 }
 
 }  // namespace

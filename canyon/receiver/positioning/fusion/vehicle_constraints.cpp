@@ -93,7 +93,7 @@ void VehicleConstraints::take_rest(InertialEstimate& estimate, const ImuReading&
   estimate.take(turn);
 }
 
-Standstill::Standstill(const SensorMounting& mounting)
+StandstillDetector::StandstillDetector(const SensorMounting& mounting)
     : window_(static_cast<std::size_t>(std::max(2.0, std::round(1 / mounting.imu_interval_s)))),
       has_wheels_(mounting.wheels.has_value()) {
   // Three times the noise of a sample, and the minimum vibration of a motor.
@@ -102,7 +102,7 @@ Standstill::Standstill(const SensorMounting& mounting)
   rate_limit_ = std::max(0.003, per_sample * mounting.gyroscope.white);
 }
 
-void Standstill::add(const ImuReading& reading) {
+void StandstillDetector::add(const ImuReading& reading) {
   const auto count = [this](const ImuReading& r, double sign) {
     force_ += sign * r.specific_force_mps2;
     rate_ += sign * r.angular_rate_radps;
@@ -116,20 +116,20 @@ void Standstill::add(const ImuReading& reading) {
   readings_.pop_front();
 }
 
-void Standstill::add(const WheelReading& reading) {
+void StandstillDetector::add(const WheelReading& reading) {
   last_wheel_ = reading.time;
   if (reading.speed_mps != 0)
-    wheels_stand_since_.reset();
-  else if (!wheels_stand_since_)
-    wheels_stand_since_ = reading.time + -reading.dt_s;
+    wheels_stopped_since_.reset();
+  else if (!wheels_stopped_since_)
+    wheels_stopped_since_ = reading.time + -reading.dt_s;
 }
 
-ImuReading Standstill::mean() const {
+ImuReading StandstillDetector::mean() const {
   const auto count = static_cast<double>(readings_.size());
   return {readings_.back().time, force_ / count, rate_ / count};
 }
 
-bool Standstill::quiet() const {
+bool StandstillDetector::quiet() const {
   if (!full()) return false;
   const auto count = static_cast<double>(readings_.size());
   const auto deviation = [count](const Vector3d& sum, const Vector3d& squares) {
@@ -138,10 +138,10 @@ bool Standstill::quiet() const {
   return deviation(force_, force2_) < force_limit_ && deviation(rate_, rate2_) < rate_limit_;
 }
 
-bool Standstill::standing(std::optional<double> speed_mps) const {
+bool StandstillDetector::is_stationary(std::optional<double> speed_mps) const {
   constexpr double kWheels_s = 0.5, kSlow_mps = 0.5;
   if (has_wheels_)
-    return wheels_stand_since_ && *last_wheel_ - *wheels_stand_since_ > kWheels_s - 1e-6 && quiet();
+    return wheels_stopped_since_ && *last_wheel_ - *wheels_stopped_since_ > kWheels_s - 1e-6 && quiet();
   return speed_mps && *speed_mps < kSlow_mps && quiet();
 }
 
@@ -167,7 +167,7 @@ double squared(double value) {
 
 }  // namespace
 
-void InitialAttitude::stand(const ImuReading& mean) {
+void InitialAttitude::set_stationary(const ImuReading& mean) {
   at_rest_ = mean;
 }
 

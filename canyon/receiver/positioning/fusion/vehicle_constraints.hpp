@@ -42,14 +42,14 @@ class VehicleConstraints {
 
 /// Detects from its sensors whether a vehicle is stationary: no wheel tick for half a second; without wheels
 /// no change of the inertial readings for a second, at a known low speed.
-class Standstill {
+class StandstillDetector {
  public:
-  explicit Standstill(const SensorMounting& mounting);
+  explicit StandstillDetector(const SensorMounting& mounting);
 
   void add(const ImuReading& reading);
   void add(const WheelReading& reading);
   /// @param speed_mps if known; empty: unknown
-  [[nodiscard]] bool standing(std::optional<double> speed_mps) const;
+  [[nodiscard]] bool is_stationary(std::optional<double> speed_mps) const;
   /// Means over the last second.
   [[nodiscard]] ImuReading mean() const;
   /// A second of readings is available.
@@ -64,7 +64,7 @@ class Standstill {
   std::deque<ImuReading> readings_;
   Eigen::Vector3d force_ = Eigen::Vector3d::Zero(), rate_ = Eigen::Vector3d::Zero();    // sums
   Eigen::Vector3d force2_ = Eigen::Vector3d::Zero(), rate2_ = Eigen::Vector3d::Zero();  // of squares
-  std::optional<geodesy::GpsTime> wheels_stand_since_, last_wheel_;
+  std::optional<geodesy::GpsTime> wheels_stopped_since_, last_wheel_;
 };
 
 /// The first estimate of a vehicle's attitude. At rest accelerometers give the vertical and gyroscopes their
@@ -74,7 +74,7 @@ class InitialAttitude {
   explicit InitialAttitude(const SensorMounting& mounting) : mounting_(mounting) {}
 
   /// Processes rest of the vehicle. @param mean over a second
-  void stand(const ImuReading& mean);
+  void set_stationary(const ImuReading& mean);
   /// The estimate at a fix, once its course determines the heading. @param mean of the sensor near this time
   [[nodiscard]] std::optional<InertialEstimate> begin(const Fix& fix, const ImuReading& mean,
                                                       const DeadReckoningOptions& options) const;

@@ -168,9 +168,9 @@ bool SteadyCells::solve(const TileCells& cells, geodesy::GpsTime time, std::span
   std::optional<MovingFixes> moving;
   if (receiver_.movement) moving.emplace(cells, static_cast<std::size_t>(sky.lanes()), *receiver_.movement);
 
-  const auto stand = [&](SteadyCell& solver, const Vector3d& point) {
+  const auto move_solver = [&](SteadyCell& solver, const Vector3d& point) {
     if (sky.skylines().empty()) return;
-    solver.stand_at(point, environment_.scene());
+    solver.move_to(point, environment_.scene());
   };
 
   Blocks blocks(cells, receiver_.how.path_nodes_m);
@@ -187,7 +187,8 @@ bool SteadyCells::solve(const TileCells& cells, geodesy::GpsTime time, std::span
     SteadyCell solver = task();
     std::vector<KnownEdge> known;
     for (std::size_t block = row * blocks.across; block < (row + 1) * blocks.across; ++block) {
-      if (const std::size_t at = blocks.middle(cells, block); at != none) stand(solver, cells.centre(at));
+      if (const std::size_t at = blocks.middle(cells, block); at != none)
+        move_solver(solver, cells.centre(at));
       for (int quadrant = 0; quadrant < 4; ++quadrant) {
         bool gathered = false;
         blocks.for_each(block, quadrant, [&](std::size_t i) {

@@ -103,7 +103,7 @@ const SteadyCell::Reflector& SteadyCell::reflector(std::size_t satellite, const 
   return r;
 }
 
-void SteadyCell::stand_at(const Vector3d& point, const raytrace::RayScene& scene) {
+void SteadyCell::move_to(const Vector3d& point, const raytrace::RayScene& scene) {
   obstacles_.clear();
   const double height_m = scene.height_above_ground(point);
   for (disturbance::Skyline& each : skylines_) each.go_to(point.head<2>(), height_m);

@@ -43,7 +43,7 @@ class SteadyCell {
              const Eigen::Matrix3d& ecef_from_enu, bool moves = false);
 
   /// Unmapped obstacles of the next cells are those around this point: a cell, or one within a few metres.
-  void stand_at(const Eigen::Vector3d& point, const raytrace::RayScene& scene);
+  void move_to(const Eigen::Vector3d& point, const raytrace::RayScene& scene);
   [[nodiscard]] PathNode trace(const Eigen::Vector3d& point);
   /// @param edges that may diffract signals here, ascending @param node next to the point @param statistics
   /// whether layers over draws are requested

@@ -293,7 +293,7 @@ void choose_motion(Request& request, const simulation::ReceiverConfig& receiver,
   if (motion != simulation::Motion::Auto) return;
   const bool low =
       request.altitude_kind == AltitudeKind::AboveTerrain && request.altitudes_m.front() < kDriven_m;
-  motion = !can_move || receiver.fixed ? simulation::Motion::Standing
+  motion = !can_move || receiver.fixed ? simulation::Motion::Stationary
            : low                       ? simulation::Motion::Driving
                                        : simulation::Motion::Flying;
 }

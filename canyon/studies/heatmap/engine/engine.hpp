@@ -33,7 +33,7 @@ struct Request {
   DrawOptions draws;
   CellReceiverOptions receivers;
   LimitOptions limits;
-  simulation::MapOptions motion{simulation::Motion::Standing};
+  simulation::MapOptions motion{simulation::Motion::Stationary};
   /// Throws InputError for empty, unordered, repeated or not finite values.
   void validate() const;
 };

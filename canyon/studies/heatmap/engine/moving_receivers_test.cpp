@@ -121,28 +121,28 @@ TEST(MovingReceivers, HaveTheErrorsOfReceiversThatDriveThrough) {
   const ReceiverConfig receiver = module();
   std::vector<double> east_m;
   for (double east = -kEnd_m + 9; east < kEnd_m; east += kPace_mps) east_m.push_back(east);
-  std::vector<double> drives, standing, driving;
+  std::vector<double> drives, is_stationary, driving;
   for (const double north_m : kStreets_m) {
     const std::vector<double> errors = driven(receiver, north_m, east_m);
-    const std::vector<double> still = mapped(receiver, north_m, Motion::Standing, east_m);
+    const std::vector<double> still = mapped(receiver, north_m, Motion::Stationary, east_m);
     const std::vector<double> moving = mapped(receiver, north_m, Motion::Auto, east_m);
     for (std::size_t i = 0; i < errors.size(); ++i) {
       if (!std::isfinite(errors[i] + still[i] + moving[i])) continue;
       drives.push_back(errors[i]);
-      standing.push_back(still[i]);
+      is_stationary.push_back(still[i]);
       driving.push_back(moving[i]);
     }
   }
   const double expected_m = *median(drives);
   const auto ratio = [&](const std::vector<double>& map) { return *median(map) / expected_m; };
   std::cout << drives.size() << " cells, receivers that drive through: median " << expected_m << " m\n"
-            << "standing: " << ratio(standing) << " times, rank correlation "
-            << rank_correlation(standing, drives) << "\ndriving: " << ratio(driving)
+            << "standing: " << ratio(is_stationary) << " times, rank correlation "
+            << rank_correlation(is_stationary, drives) << "\ndriving: " << ratio(driving)
             << " times, rank correlation " << rank_correlation(driving, drives) << "\n";
   EXPECT_GT(ratio(driving), 0.7);
   EXPECT_LT(ratio(driving), 1.4);
-  EXPECT_GT(ratio(standing), 1.5 * ratio(driving));
-  EXPECT_GT(rank_correlation(driving, drives), rank_correlation(standing, drives) + 0.1);
+  EXPECT_GT(ratio(is_stationary), 1.5 * ratio(driving));
+  EXPECT_GT(rank_correlation(driving, drives), rank_correlation(is_stationary, drives) + 0.1);
 }
 
 TEST(MovingReceivers, AreThoseWithAFilterWhosePlaceIsNotFixed) {
@@ -158,10 +158,10 @@ TEST(MovingReceivers, AreThoseWithAFilterWhosePlaceIsNotFixed) {
   EXPECT_EQ(chosen(module()), Motion::Driving);
   ReceiverConfig base = module();
   base.fixed.emplace();
-  EXPECT_EQ(chosen(base), Motion::Standing);
+  EXPECT_EQ(chosen(base), Motion::Stationary);
   ReceiverConfig unfiltered = module();
   unfiltered.options.filter.enabled = false;
-  EXPECT_EQ(chosen(unfiltered), Motion::Standing);
+  EXPECT_EQ(chosen(unfiltered), Motion::Stationary);
   request.motion.motion = Motion::Driving;
   EXPECT_THROW(chosen(unfiltered), InputError);
   request.receivers.model = ReceiverModel::Run;
