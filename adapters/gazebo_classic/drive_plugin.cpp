@@ -62,23 +62,23 @@ class DrivePlugin final : public gazebo::ModelPlugin {
   void set_model_pose(const gazebo::common::Time& now) {
     const simulation::DrivePose at = settings_->drive.at(now.Double());
     const Quaterniond attitude = settings_->heading ? Quaterniond(0, 0, at.yaw_rad) : given_attitude_;
-    const Vector turning(0, 0, settings_->heading ? at.yaw_rate_radps : 0);
+    const Vector rotation_rate(0, 0, settings_->heading ? at.yaw_rate_radps : 0);
     const Vector offset = attitude * ignition_from(settings_->offset_m);
     pose_ = Pose3d(ignition_from(at.position_m) + offset, attitude);
     model_->SetWorldPose(pose_);
-    move_links(*model_, ignition_from(at.velocity_mps) + turning.Cross(offset), turning);
+    move_links(*model_, ignition_from(at.velocity_mps) + rotation_rate.Cross(offset), rotation_rate);
   }
 
   // Moves the links as one rigid body with the model's origin.
-  void move_links(const gazebo::physics::Model& model, const Vector& velocity, const Vector& turning) {
+  void move_links(const gazebo::physics::Model& model, const Vector& velocity, const Vector& rotation_rate) {
     for (const auto& link : model.GetLinks()) {
       const Vector arm = link->WorldPose().Pos() - pose_.Pos();
-      link->SetLinearVel(velocity + turning.Cross(arm));
-      link->SetAngularVel(turning);
+      link->SetLinearVel(velocity + rotation_rate.Cross(arm));
+      link->SetAngularVel(rotation_rate);
       // Physics does not move a disabled link, which keeps its velocity.
       link->SetEnabled(false);
     }
-    for (const auto& nested : model.NestedModels()) move_links(*nested, velocity, turning);
+    for (const auto& nested : model.NestedModels()) move_links(*nested, velocity, rotation_rate);
   }
 
   std::optional<DriveSettings> settings_;

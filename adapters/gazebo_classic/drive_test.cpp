@@ -40,7 +40,7 @@ class DrivePluginTest : public ::testing::Test {
   struct State {
     double time_s;
     Pose3d pose;
-    Vector velocity, antenna, antenna_velocity, turning;
+    Vector velocity, antenna, antenna_velocity, rotation_rate;
   };
   static test::InProcessServer& server() { return test::InProcessServer::get(); }
   void load(const std::string& sdf) {
@@ -156,7 +156,7 @@ start: 2024-05-01T10:00:00Z
     const Vector moved = (states_[i + 1].antenna - states_[i - 1].antenna) / (2 * kStep_s);
     // Half a step's change of acceleration where two cubics meet.
     EXPECT_LT((moved - states_[i].antenna_velocity).Length(), 0.01) << states_[i].time_s;
-    if (std::abs(states_[i].turning.Z()) > 0.01) ++bends;
+    if (std::abs(states_[i].rotation_rate.Z()) > 0.01) ++bends;
   }
   EXPECT_GT(bends, 300);
 }

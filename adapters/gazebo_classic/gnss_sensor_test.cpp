@@ -155,9 +155,9 @@ TEST(GnssSensor, HonoursTheWorldsHeading) {
               geodesy::degrees(3 * std::sin(geodesy::radians(30)) / 6350000), 2e-7);
   // A satellite at azimuth 90 deg is seen 30 deg off the wall's normal: 13 m * 2 cos(45 deg) cos(30 deg).
   const std::string specular = elements + kSpecular;
-  const GnssReceiver turned = observe(street_world(street_car(specular), 30));
-  EXPECT_EQ(turned.satellites(0).visibility(), GnssSatellite::NLOS);
-  EXPECT_NEAR(turned.satellites(0).excess_m(),
+  const GnssReceiver rotated = observe(street_world(street_car(specular), 30));
+  EXPECT_EQ(rotated.satellites(0).visibility(), GnssSatellite::NLOS);
+  EXPECT_NEAR(rotated.satellites(0).excess_m(),
               2 * 13 * std::cos(geodesy::radians(45)) * std::cos(geodesy::radians(30)), 1e-3);
 }
 
@@ -229,7 +229,7 @@ TEST(GnssSensor, ReceiversCorrectEachOther) {
                                    street_car(rover, "gps", "after", "3 60 0 0 0 0") + two,
                                0, false));
   GnssListener before(world->Name(), "~/before/antenna/gnss"), after(world->Name(), "~/after/antenna/gnss"),
-      turned(world->Name(), "~/two/rear/gnss");
+      rotated(world->Name(), "~/two/rear/gnss");
   constexpr double kEnd_s = 25;
   server.step(static_cast<unsigned>(kEnd_s * 100));
   const auto length_m = [](const GnssReceiver& message) {
@@ -243,7 +243,7 @@ TEST(GnssSensor, ReceiversCorrectEachOther) {
     EXPECT_FALSE(message->fix().baseline().moving_base());
     EXPECT_NEAR(length_m(*message), 30, 0.05);
   }
-  const auto message = turned.at(kEnd_s);
+  const auto message = rotated.at(kEnd_s);
   ASSERT_TRUE(message);
   EXPECT_TRUE(message->fix().baseline().moving_base());
   EXPECT_NEAR(length_m(*message), 1, 0.03);

@@ -95,11 +95,11 @@ TEST(LinkPoseSource, FollowsASpinningBodyWithALever) {
     // Closed form: the centre moves straight, everything rotates about it. The engine's first-order rotations
     // of 1.3 mrad per step add up to an error below 1e-6 rad; the pose is off by at most the rounding of one
     // step.
-    const Quaterniond turned = Quaterniond(spin.Normalized(), spin.Length() * t) * start.Rot();
+    const Quaterniond rotated = Quaterniond(spin.Normalized(), spin.Length() * t) * start.Rot();
     const Vector3d centre_now = start.Pos() + start.Rot() * centre + velocity * t;
-    const Vector3d lever = turned * (sensor.Pos() - centre);
+    const Vector3d lever = rotated * (sensor.Pos() - centre);
     expect_near(truth_now.pose.Pos(), centre_now + lever, 1e-5);
-    EXPECT_LT(angle_between(truth_now.pose.Rot(), turned * sensor.Rot()), 1e-5);
+    EXPECT_LT(angle_between(truth_now.pose.Rot(), rotated * sensor.Rot()), 1e-5);
     expect_near(truth_now.linear_velocity, velocity + spin.Cross(lever), 1e-5);
     expect_near(truth_now.angular_velocity, spin, 1e-9);
   }

@@ -23,10 +23,10 @@ constexpr double kRepeatInterval_s = 5;
 
 void fill(gazebo::msgs::Visual& message, const VisualLedger::Change& change) {
   const VisualShape& shape = change.shape;
-  ignition::math::Quaterniond turn;
+  ignition::math::Quaterniond rotation;
   gazebo::msgs::Geometry* geometry = message.mutable_geometry();
   if (shape.kind == VisualShape::Kind::Cylinder) {
-    turn.From2Axes(ignition::math::Vector3d::UnitZ, ignition_from(shape.axis));
+    rotation.From2Axes(ignition::math::Vector3d::UnitZ, ignition_from(shape.axis));
     geometry->set_type(gazebo::msgs::Geometry::CYLINDER);
     geometry->mutable_cylinder()->set_radius(shape.radius);
     geometry->mutable_cylinder()->set_length(shape.length);
@@ -34,7 +34,7 @@ void fill(gazebo::msgs::Visual& message, const VisualLedger::Change& change) {
     geometry->set_type(gazebo::msgs::Geometry::SPHERE);
     geometry->mutable_sphere()->set_radius(shape.radius);
   }
-  gazebo::msgs::Set(message.mutable_pose(), ignition::math::Pose3d(ignition_from(shape.centre), turn));
+  gazebo::msgs::Set(message.mutable_pose(), ignition::math::Pose3d(ignition_from(shape.centre), rotation));
   message.set_visible(true);
   // The rest is expensive for clients, which recompile their shaders for each colour.
   if (!change.whole) return;

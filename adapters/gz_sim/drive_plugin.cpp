@@ -64,10 +64,10 @@ class DriveSystem final : public gz::sim::System,
     const simulation::DrivePose at = settings_->drive.at(std::chrono::duration<double>(info.simTime).count());
     const gz::math::Quaterniond attitude =
         settings_->heading ? gz::math::Quaterniond(0, 0, at.yaw_rad) : given_attitude_;
-    turning_ = {0, 0, settings_->heading ? at.yaw_rate_radps : 0};
+    angular_rate_ = {0, 0, settings_->heading ? at.yaw_rate_radps : 0};
     const gz::math::Vector3d offset = attitude.RotateVector(gz_from(settings_->offset_m));
     pose_ = {gz_from(at.position_m) + offset, attitude};
-    velocity_ = gz_from(at.velocity_mps) + turning_.Cross(offset);
+    velocity_ = gz_from(at.velocity_mps) + angular_rate_.Cross(offset);
     model_.SetWorldPoseCmd(ecm, pose_);
   }
 
@@ -76,8 +76,8 @@ class DriveSystem final : public gz::sim::System,
     if (!settings_ || info.paused) return;
     for (const gz::sim::Entity link : model_.Links(ecm)) {
       const gz::math::Vector3d arm = gz::sim::worldPose(link, ecm).Pos() - pose_.Pos();
-      ecm.SetComponentData<components::WorldLinearVelocity>(link, velocity_ + turning_.Cross(arm));
-      ecm.SetComponentData<components::WorldAngularVelocity>(link, turning_);
+      ecm.SetComponentData<components::WorldLinearVelocity>(link, velocity_ + angular_rate_.Cross(arm));
+      ecm.SetComponentData<components::WorldAngularVelocity>(link, angular_rate_);
     }
   }
 
@@ -86,7 +86,7 @@ class DriveSystem final : public gz::sim::System,
   gz::sim::Model model_;
   gz::math::Quaterniond given_attitude_;
   gz::math::Pose3d pose_;
-  gz::math::Vector3d velocity_, turning_;
+  gz::math::Vector3d velocity_, angular_rate_;
 };
 
 }  // namespace canyon::adapters::gz_sim

@@ -34,7 +34,7 @@ void set_vector(Vector* to, double x, double y, double z) {
 void fill(const VisualShape& shape, bool with_colour, gz::msgs::Marker& marker) {
   const double width = 2 * shape.radius;  // markers are shapes of size 1, scaled
   const bool cylinder = shape.kind == VisualShape::Kind::Cylinder;
-  const Eigen::Quaterniond turn =
+  const Eigen::Quaterniond rotation =
       cylinder ? Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), shape.axis)
                : Eigen::Quaterniond::Identity();
   marker.set_action(gz::msgs::Marker::ADD_MODIFY);
@@ -42,8 +42,8 @@ void fill(const VisualShape& shape, bool with_colour, gz::msgs::Marker& marker) 
   set_vector(marker.mutable_scale(), width, width, cylinder ? shape.length : width);
   auto* pose = marker.mutable_pose();
   set_vector(pose->mutable_position(), shape.centre.x(), shape.centre.y(), shape.centre.z());
-  pose->mutable_orientation()->set_w(turn.w());
-  set_vector(pose->mutable_orientation(), turn.x(), turn.y(), turn.z());
+  pose->mutable_orientation()->set_w(rotation.w());
+  set_vector(pose->mutable_orientation(), rotation.x(), rotation.y(), rotation.z());
   if (!with_colour) return;  // expensive for clients
   set_material(*marker.mutable_material(), shape);
 }

@@ -38,15 +38,15 @@ template <class GnssInsOrientationStamped>
   }
   GnssInsOrientationStamped message;
   detail::set_header(message.header, head);
-  const Eigen::Quaterniond turn =
+  const Eigen::Quaterniond rotation =
       Eigen::AngleAxisd(geodesy::kPi / 2 - heading_rad, Eigen::Vector3d::UnitZ()) *
       Eigen::AngleAxisd(-pitch_rad, Eigen::Vector3d::UnitY()) *
       Eigen::AngleAxisd(roll_rad, Eigen::Vector3d::UnitX());
   auto& orientation = message.orientation.orientation;
-  orientation.x = turn.x();
-  orientation.y = turn.y();
-  orientation.z = turn.z();
-  orientation.w = turn.w();
+  orientation.x = rotation.x();
+  orientation.y = rotation.y();
+  orientation.z = rotation.z();
+  orientation.w = rotation.w();
   message.orientation.rmse_rotation_x = kUnknown_rad;
   message.orientation.rmse_rotation_y = pitch_sigma_rad;
   message.orientation.rmse_rotation_z = static_cast<float>(heading_sigma_rad);

@@ -29,7 +29,7 @@ simulation::Epoch epoch() {
   return test::sample_epoch(test::sample_time(), test::sample_point(), {0, 0, 0});
 }
 
-Eigen::Quaterniond turn_of(const Stamped& message) {
+Eigen::Quaterniond rotation_vector_of(const Stamped& message) {
   const auto& q = message.orientation.orientation;
   return {q.w, q.x, q.y, q.z};
 }
@@ -47,8 +47,9 @@ TEST(Orientation, IsOfTwoAntennas) {
   const auto m = orientation_message<Stamped>({{3, 4}, "gnss"}, &e);
   ASSERT_TRUE(m);
   EXPECT_EQ(m->header.frame_id, "gnss");
-  EXPECT_NEAR((turn_of(*m) * Eigen::Vector3d::UnitX() - baseline.vector_enu.normalized()).norm(), 0, 1e-12);
-  EXPECT_NEAR((turn_of(*m) * Eigen::Vector3d::UnitY()).x(), 1, 1e-12);  // left is east
+  EXPECT_NEAR((rotation_vector_of(*m) * Eigen::Vector3d::UnitX() - baseline.vector_enu.normalized()).norm(),
+              0, 1e-12);
+  EXPECT_NEAR((rotation_vector_of(*m) * Eigen::Vector3d::UnitY()).x(), 1, 1e-12);  // left is east
   EXPECT_NEAR(m->orientation.rmse_rotation_z, 0.005, 1e-6);
   EXPECT_NEAR(m->orientation.rmse_rotation_y, 0.01 / std::hypot(2, 0.5), 1e-6);
   EXPECT_EQ(m->orientation.rmse_rotation_x, 1);
@@ -65,10 +66,10 @@ TEST(Orientation, IsOfTheVehiclesSensors) {
   e.observed.fix.fusion = fusion;
   const auto m = orientation_message<Stamped>({{3, 4}, "gnss"}, &e);
   ASSERT_TRUE(m);
-  const Eigen::Vector3d forward = turn_of(*m) * Eigen::Vector3d::UnitX();
+  const Eigen::Vector3d forward = rotation_vector_of(*m) * Eigen::Vector3d::UnitX();
   EXPECT_NEAR(forward.x(), std::cos(geodesy::radians(10)), 1e-12);
   EXPECT_NEAR(forward.z(), std::sin(geodesy::radians(10)), 1e-12);
-  EXPECT_GT((turn_of(*m) * Eigen::Vector3d::UnitY()).z(), 0.08);
+  EXPECT_GT((rotation_vector_of(*m) * Eigen::Vector3d::UnitY()).z(), 0.08);
   EXPECT_NEAR(m->orientation.rmse_rotation_z, 0.02, 1e-8);
   EXPECT_EQ(m->orientation.rmse_rotation_y, 1);
 }

@@ -108,8 +108,8 @@ TEST_F(ForeignMeshes, TransformsOfGltf) {
     EXPECT_LT((city.bounds().max - city.bounds().min - size).norm(), 1e-5) << node;
   };
   // A quarter turn about glTF's y, which is up.
-  for (const char* turn : {"0,0.70710678,0,0.70710678", "0,0.707,0,0.707", "0,1,0,1"})
-    expect_size(",\"rotation\":[" + std::string(turn) + "]", {20, 10, 30});
+  for (const char* rotation : {"0,0.70710678,0,0.70710678", "0,0.707,0,0.707", "0,1,0,1"})
+    expect_size(",\"rotation\":[" + std::string(rotation) + "]", {20, 10, 30});
   expect_size(R"(,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,5,0,0,1])", {10, 20, 30});
   EXPECT_THAT(refusal_of("a.glb", with(R"(,"rotation":[0,0,0,0])")), HasSubstr("rotation is zero"));
   EXPECT_THAT(refusal_of("a.glb", with(R"(,"rotation":[0,0,1])")),

@@ -222,9 +222,9 @@ TEST_F(GazeboImport, ExtrudesPolylines) {
   EXPECT_NEAR(house.bounds().max.z(), 15, 1e-12);
   EXPECT_NEAR(house.bounds().max.x(), 120, 1e-12);
   // The opposite orientation, closed, and without the hole.
-  const City turned =
+  const City rotated =
       world(model("m", "0 0 0 0 0 0", path("0 20, 10 20, 10 10, 20 10, 20 0, 0 0, 0 20", "5")));
-  EXPECT_NEAR(volume_m3(turned.mesh), 300 * 5, 1e-6);
+  EXPECT_NEAR(volume_m3(rotated.mesh), 300 * 5, 1e-6);
   EXPECT_THAT(error(model("m", "0 0 0 0 0 0", path("0 0, 1 0", "3"))),
               HasSubstr("a polyline without height or with fewer than three points"));
   EXPECT_THAT(error(model("m", "0 0 0 0 0 0", path("0 0, 1 0, 2 0", "3"))), HasSubstr("cannot be extruded"));
@@ -415,11 +415,11 @@ TEST_F(GazeboImport, PosesRelativeToOtherFrames) {
   const std::string first = "<model name='m'><static>true</static><pose>100 0 0 0 0 0</pose>";
   EXPECT_NEAR(middle(first + links + "</model>").x(), 111, 1e-9);
   // Rotated by 90 degrees to the left: 10 m along the base's x are 10 m along y.
-  const std::string turned =
+  const std::string rotated =
       "<link name='base'><pose>1 0 0 0 0 1.5707963267948966</pose></link>"
       "<link name='tower'><pose relative_to='base'>10 0 0 0 0 0</pose>" +
       shape + "</link>";
-  EXPECT_LT((middle(first + turned + "</model>") - Eigen::Vector3d(101, 10, 0)).norm(), 1e-9);
+  EXPECT_LT((middle(first + rotated + "</model>") - Eigen::Vector3d(101, 10, 0)).norm(), 1e-9);
   // Frames, attached and relative, of the model and of the world.
   EXPECT_NEAR(
       middle(

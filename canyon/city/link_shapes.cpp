@@ -316,11 +316,11 @@ TriangleSet ellipsoid_mesh(const Eigen::Vector3d& radii, int sides) {
 }
 
 TriangleSet plane_mesh(const Eigen::Vector3d& normal, const Eigen::Vector2d& size) {
-  const Eigen::Matrix3d turn =
+  const Eigen::Matrix3d rotation =
       Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal).toRotationMatrix();
   TriangleSet set;
   for (const auto& [x, y] : {std::pair{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}})
-    set.vertices.emplace_back(turn * Eigen::Vector3d(x * size.x(), y * size.y(), 0));
+    set.vertices.emplace_back(rotation * Eigen::Vector3d(x * size.x(), y * size.y(), 0));
   set.triangles = {{0, 1, 2}, {0, 2, 3}};
   return set;
 }

@@ -236,8 +236,8 @@ class MeshImport {
   void build(Mesh& mesh) {
     const bool any_named =
         std::any_of(nodes_.begin(), nodes_.end(), [](const Node& node) { return node.named_terrain; });
-    std::size_t turned = 0;
-    std::size_t turned_objects = 0;
+    std::size_t flipped = 0;
+    std::size_t flipped_objects = 0;
     std::size_t inside_out = 0;
     std::size_t open = 0;
     std::size_t tangled = 0;
@@ -251,16 +251,16 @@ class MeshImport {
         TriangleIndices triangles;
         for (const std::uint32_t t : components[c]) triangles.push_back(node.triangles[t]);
         const OrientedSolids orientation = orient_outwards(node.vertices, triangles);
-        const bool all_turned = orientation.turned == triangles.size();
-        if (orientation.turned > 0 && !all_turned) {
-          turned += orientation.turned;
-          ++turned_objects;
+        const bool all_flipped = orientation.flipped_count == triangles.size();
+        if (orientation.flipped_count > 0 && !all_flipped) {
+          flipped += orientation.flipped_count;
+          ++flipped_objects;
         }
         tangled += orientation.orientable ? 0U : 1U;
         if (terrain[c]) {
           inside_out += face_up(node.vertices, triangles) ? 1U : 0U;
         } else {
-          inside_out += all_turned ? 1U : 0U;
+          inside_out += all_flipped ? 1U : 0U;
           open += orientation.closed ? 0U : 1U;
         }
         std::string name = several ? fmt::format("{}_{}", node.name, ++number) : node.name;
@@ -268,9 +268,9 @@ class MeshImport {
                triangles);
       }
     }
-    if (turned > 0)
-      note(fmt::format("{} triangles of {} objects flipped to agree with their neighbours", turned,
-                       turned_objects));
+    if (flipped > 0)
+      note(fmt::format("{} triangles of {} objects flipped to agree with their neighbours", flipped,
+                       flipped_objects));
     if (inside_out > 0) note(fmt::format("{} objects were inside out and have been flipped", inside_out));
     if (tangled > 0) note(fmt::format("{} objects have no consistent outside and are unchanged", tangled));
     if (open > 0) note(fmt::format("{} buildings are not closed (a missing floor aside)", open));

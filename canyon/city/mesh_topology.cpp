@@ -72,13 +72,13 @@ std::vector<std::vector<Neighbour>> neighbours_of(const TriangleIndices& triangl
 /// Triangles joined through neighbours, and those that must be flipped so that all agree.
 struct Patch {
   std::vector<std::uint32_t> triangles;
-  std::vector<std::uint32_t> turn;  ///< the minority
-  bool orientable = true;           ///< if not, `turn` is empty
+  std::vector<std::uint32_t> flip;  ///< the minority
+  bool orientable = true;           ///< if not, `flip` is empty
 };
 
 std::vector<Patch> patches_of(const std::vector<std::vector<Neighbour>>& neighbours) {
   std::vector<Patch> patches;
-  std::vector<bool> turn(neighbours.size(), false);
+  std::vector<bool> rotation(neighbours.size(), false);
   std::vector<bool> seen(neighbours.size(), false);
   for (std::uint32_t seed = 0; seed < neighbours.size(); ++seed) {
     if (seen[seed]) continue;
@@ -88,20 +88,20 @@ std::vector<Patch> patches_of(const std::vector<std::vector<Neighbour>>& neighbo
     for (std::size_t next = 0; next < patch.triangles.size(); ++next) {
       const std::uint32_t t = patch.triangles[next];
       for (const Neighbour& n : neighbours[t]) {
-        const bool wanted = n.agrees ? turn[t] : !turn[t];
+        const bool wanted = n.agrees ? rotation[t] : !rotation[t];
         if (!seen[n.triangle]) {
           seen[n.triangle] = true;
-          turn[n.triangle] = wanted;
+          rotation[n.triangle] = wanted;
           patch.triangles.push_back(n.triangle);
-        } else if (turn[n.triangle] != wanted) {
+        } else if (rotation[n.triangle] != wanted) {
           patch.orientable = false;
         }
       }
     }
     std::vector<std::uint32_t> kept;
-    for (const std::uint32_t t : patch.triangles) (turn[t] ? patch.turn : kept).push_back(t);
-    if (patch.turn.size() > kept.size()) patch.turn.swap(kept);
-    if (!patch.orientable) patch.turn.clear();
+    for (const std::uint32_t t : patch.triangles) (rotation[t] ? patch.flip : kept).push_back(t);
+    if (patch.flip.size() > kept.size()) patch.flip.swap(kept);
+    if (!patch.orientable) patch.flip.clear();
     patches.push_back(std::move(patch));
   }
   return patches;
@@ -120,7 +120,7 @@ bool encloses(const TriangleIndices& triangles, const Surroundings& around) {
   return closed;
 }
 
-void turn_over(std::array<std::uint32_t, 3>& triangle) {
+void flip_triangle(std::array<std::uint32_t, 3>& triangle) {
   std::swap(triangle[1], triangle[2]);
 }
 
@@ -170,7 +170,7 @@ bool face_up(const std::vector<Eigen::Vector3d>& vertices, TriangleIndices& tria
     area += normal.norm();
   }
   if (up >= -1e-6 * area) return false;
-  for (auto& triangle : triangles) turn_over(triangle);
+  for (auto& triangle : triangles) flip_triangle(triangle);
   return true;
 }
 
@@ -226,15 +226,15 @@ OrientedSolids orient_outwards(const std::vector<Eigen::Vector3d>& vertices, Tri
   const std::vector<Patch> patches = patches_of(neighbours_of(triangles, around, result.manifold));
   for (const Patch& patch : patches) {
     result.orientable = result.orientable && patch.orientable;
-    for (const std::uint32_t t : patch.turn) turn_over(triangles[t]);
-    std::size_t turned = patch.turn.size();
+    for (const std::uint32_t t : patch.flip) flip_triangle(triangles[t]);
+    std::size_t flipped = patch.flip.size();
     TriangleIndices own;
     for (const std::uint32_t t : patch.triangles) own.push_back(triangles[t]);
     if (patch.orientable && encloses(own, around) && enclosed_volume(vertices, own, around.lowest_z()) < 0) {
-      for (const std::uint32_t t : patch.triangles) turn_over(triangles[t]);
-      turned = patch.triangles.size() - turned;
+      for (const std::uint32_t t : patch.triangles) flip_triangle(triangles[t]);
+      flipped = patch.triangles.size() - flipped;
     }
-    result.turned += turned;
+    result.flipped_count += flipped;
   }
   result.closed = encloses(triangles, around);
   result.volume_m3 = enclosed_volume(vertices, triangles, around.lowest_z());

@@ -63,10 +63,10 @@ inline constexpr std::uint32_t kNoTriangle = 0xFFFFFFFF;
 /// Results of orient_outwards() for one connected component.
 struct OrientedSolids {
   bool closed = false;  ///< no boundary except in the horizontal plane of its lowest vertex (a missing floor)
-  bool manifold = true;    ///< no edge has more than two triangles
-  bool orientable = true;  ///< its two sides are distinct; parts for which they are not are unchanged
-  std::size_t turned = 0;  ///< flipped triangles
-  double volume_m3 = 0;    ///< enclosed, after flipping; valid if closed
+  bool manifold = true;           ///< no edge has more than two triangles
+  bool orientable = true;         ///< its two sides are distinct; parts for which they are not are unchanged
+  std::size_t flipped_count = 0;  ///< flipped triangles
+  double volume_m3 = 0;           ///< enclosed, after flipping; valid if closed
 };
 
 /// Flips triangles of one welded, connected component so that front sides (counter-clockwise) face outwards.

@@ -65,7 +65,7 @@ TEST(OrientOutwards, LeavesGoodOnesAlone) {
     EXPECT_TRUE(result.closed);
     EXPECT_TRUE(result.manifold);
     EXPECT_TRUE(result.orientable);
-    EXPECT_EQ(result.turned, 0U);
+    EXPECT_EQ(result.flipped_count, 0U);
     EXPECT_NEAR(result.volume_m3, 2 * 3 * 4, 1e-12);
   }
 }
@@ -99,12 +99,12 @@ TEST(OrientOutwards, PodiumAndTowerOnOneOutline) {
   ASSERT_EQ(connected_components(solid.triangles, solid.vertices.size()).size(), 1U);
   const TriangleIndices before = solid.triangles;
   const OrientedSolids result = orient_outwards(solid.vertices, solid.triangles);
-  EXPECT_EQ(result.turned, 0U);
+  EXPECT_EQ(result.flipped_count, 0U);
   EXPECT_EQ(solid.triangles, before);
   EXPECT_TRUE(result.closed);
   // If only one of the two is inside out, only that one is flipped.
   for (std::size_t t = 10; t < 20; ++t) std::swap(solid.triangles[t][1], solid.triangles[t][2]);
-  EXPECT_EQ(orient_outwards(solid.vertices, solid.triangles).turned, 10U);
+  EXPECT_EQ(orient_outwards(solid.vertices, solid.triangles).flipped_count, 10U);
   EXPECT_EQ(solid.triangles, before);
 }
 
@@ -113,7 +113,7 @@ TEST(OrientOutwards, OpenSheetsKeepTheirMajority) {
   TriangleIndices triangles{{0, 1, 2}, {0, 2, 3}, {1, 2, 4}};
   const OrientedSolids result = orient_outwards(vertices, triangles);
   EXPECT_FALSE(result.closed);
-  EXPECT_EQ(result.turned, 1U);
+  EXPECT_EQ(result.flipped_count, 1U);
   EXPECT_EQ(triangles, (TriangleIndices{{0, 1, 2}, {0, 2, 3}, {1, 4, 2}}));
 }
 

@@ -35,7 +35,8 @@ double volume_of(const TriangleSet& set) {
 /// Closed, front sides out: every edge occurs once in each direction.
 bool watertight(TriangleSet set) {
   const OrientedSolids orientation = orient_outwards(set.vertices, set.triangles);
-  return orientation.closed && orientation.manifold && orientation.turned == 0 && orientation.volume_m3 > 0;
+  return orientation.closed && orientation.manifold && orientation.flipped_count == 0 &&
+         orientation.volume_m3 > 0;
 }
 
 TEST(PrimitiveMeshes, VolumesFollowClosedForms) {

@@ -201,8 +201,8 @@ TEST(ReceiverSignal, MotionAveragesTheMultipathError) {
   options.signal.dll.spacing_chips = 0.5;
   options.signal.dll.loop_bandwidth_hz = 0.05;
   const double x = 0.5, d = 0.5;
-  const double turn = kPi * 2 * 0.02;
-  const double power = std::pow(0.5 * std::sin(turn) / turn, 2);
+  const double rotation = kPi * 2 * 0.02;
+  const double power = std::pow(0.5 * std::sin(rotation) / rotation, 2);
   const double expected = power * d * (1 - x) / (2 - d - power * d) * kChip_m;
   for (std::uint64_t seed = 0; seed < 8; ++seed) {
     Receiver receiver(options, seed);

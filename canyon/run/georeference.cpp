@@ -25,11 +25,11 @@ void move_city(city::City& city, const CityShift& shift) {
   if (city.mesh.vertices.empty()) return;
   const city::Box bounds = city.bounds();
   const Eigen::Vector2d middle = 0.5 * (bounds.min + bounds.max).head<2>();
-  const Eigen::Rotation2Dd turn(shift.heading_rad);
+  const Eigen::Rotation2Dd rotation(shift.heading_rad);
   const Eigen::Vector2d offset(shift.east_m, shift.north_m);
   for (Eigen::Vector3d& vertex : city.mesh.vertices) {
     const Eigen::Vector2d arm = vertex.head<2>() - middle;
-    vertex.head<2>() = middle + turn * arm + offset;
+    vertex.head<2>() = middle + rotation * arm + offset;
   }
 }
 

@@ -38,12 +38,13 @@ class Mechanisation {
   }
 
   void add(const inertial::ImuInput& mean, double dt) {
-    const Vector3d turn = mean.angular_rate_radps * dt, push = mean.specific_force_mps2 * dt;
+    const Vector3d rotation_angle = mean.angular_rate_radps * dt, push = mean.specific_force_mps2 * dt;
     // Rotation during the step to the second order; sculling and coning by the previous increments (Savage
     // 1998).
-    const Vector3d push_in_body = push + 0.5 * turn.cross(push) + turn.cross(turn.cross(push)) / 6 +
-                                  (last_turn_.cross(push) + last_push_.cross(turn)) / 12;
-    const Vector3d turn_with_coning = turn + last_turn_.cross(turn) / 12;
+    const Vector3d push_in_body = push + 0.5 * rotation_angle.cross(push) +
+                                  rotation_angle.cross(rotation_angle.cross(push)) / 6 +
+                                  (previous_rotation_.cross(push) + last_push_.cross(rotation_angle)) / 12;
+    const Vector3d rotation_with_coning = rotation_angle + previous_rotation_.cross(rotation_angle) / 12;
     // Rates at the middle of the step, from its start: velocity and position change little.
     const double middle_latitude =
         position.latitude_rad + velocity.x() / (meridian() + position.height_m) * dt / 2;
@@ -54,8 +55,8 @@ class Mechanisation {
     const Vector3d transport(middle_velocity.y() / east_radius,
                              -middle_velocity.x() / (meridian() + position.height_m),
                              -middle_velocity.y() * std::tan(middle_latitude) / east_radius);
-    const Vector3d frame_turn = (earth + transport) * dt;
-    const Vector3d change = rotation(-0.5 * frame_turn) * (attitude * push_in_body) +
+    const Vector3d frame_rotation = (earth + transport) * dt;
+    const Vector3d change = rotation(-0.5 * frame_rotation) * (attitude * push_in_body) +
                             dt * (gravity() - (2 * earth + transport).cross(middle_velocity));
     const Vector3d mean_velocity = velocity + change / 2;
     velocity += change;
@@ -66,9 +67,10 @@ class Mechanisation {
     position.longitude_rad +=
         mean_velocity.y() /
         ((normal() + position.height_m) * std::cos((before + position.latitude_rad) / 2)) * dt;
-    attitude = (Quaterniond(rotation(-frame_turn)) * attitude * Quaterniond(rotation(turn_with_coning)))
-                   .normalized();
-    last_turn_ = turn;
+    attitude =
+        (Quaterniond(rotation(-frame_rotation)) * attitude * Quaterniond(rotation(rotation_with_coning)))
+            .normalized();
+    previous_rotation_ = rotation_angle;
     last_push_ = push;
   }
 
@@ -80,9 +82,10 @@ class Mechanisation {
 
  private:
   static constexpr double kA = 6378137, kE2 = 0.00669437999014;
-  static Matrix3d rotation(const Vector3d& turn) {
-    const double angle = turn.norm();
-    return angle > 0 ? Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix() : Matrix3d::Identity();
+  static Matrix3d rotation(const Vector3d& rotation_angle) {
+    const double angle = rotation_angle.norm();
+    return angle > 0 ? Eigen::AngleAxisd(angle, rotation_angle / angle).toRotationMatrix()
+                     : Matrix3d::Identity();
   }
   [[nodiscard]] double meridian() const {
     return kA * (1 - kE2) / std::pow(1 - kE2 * std::pow(std::sin(position.latitude_rad), 2), 1.5);
@@ -98,7 +101,7 @@ class Mechanisation {
     return {-8.08e-9 * h * std::sin(2 * position.latitude_rad), 0, down};
   }
 
-  Vector3d last_turn_ = Vector3d::Zero(), last_push_ = Vector3d::Zero(),
+  Vector3d previous_rotation_ = Vector3d::Zero(), last_push_ = Vector3d::Zero(),
            last_acceleration_ = Vector3d::Zero();
 };
 

@@ -187,10 +187,10 @@ void check_waypoints(const RunView& run) {
       (void)clamp_to_terrain(pose, city, scene, *height_m);
     const Eigen::Vector3d at = city.frame.local_from_geodetic(pose.position);
     Eigen::Vector3d free = at;
-    for (double away_m = 1, turn = 0; scene.containment(free) == raytrace::Containment::InsideBuilding;
-         turn += 1 / away_m) {
-      if (turn > 2 * geodesy::kPi) turn = 0, away_m += 1;
-      free = at + away_m * Eigen::Vector3d(std::sin(turn), std::cos(turn), 0);
+    for (double away_m = 1, rotation = 0; scene.containment(free) == raytrace::Containment::InsideBuilding;
+         rotation += 1 / away_m) {
+      if (rotation > 2 * geodesy::kPi) rotation = 0, away_m += 1;
+      free = at + away_m * Eigen::Vector3d(std::sin(rotation), std::cos(rotation), 0);
     }
     if (free == at) continue;
     const Geodetic geodetic = city.frame.geodetic_from_local(free);

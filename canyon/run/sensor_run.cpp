@@ -71,8 +71,8 @@ using inertial::WheelPair;
 WheelPair WheelRun::speeds(geodesy::GpsTime t) const {
   const Pose pose = vehicle_(t);
   const double middle = pose.forward_enu().dot(pose.velocity_enu_mps);
-  const double turn = pose.yaw_rate_radps * options_.track_m / 2;
-  return {middle - turn, middle + turn};
+  const double rotation = pose.yaw_rate_radps * options_.track_m / 2;
+  return {middle - rotation, middle + rotation};
 }
 
 void WheelRun::skip(geodesy::GpsTime time) {
@@ -218,12 +218,12 @@ positioning::SensorReadings readings_of(const SensorBatch& batch, const inertial
                                         geodesy::GpsTime begin) {
   positioning::SensorReadings readings;
   if (sensors.imu) {
-    const Eigen::Matrix3d turn = body_from_sensor(sensors.imu->orientation, sensors.imu->axes);
+    const Eigen::Matrix3d rotation = body_from_sensor(sensors.imu->orientation, sensors.imu->axes);
     for (const InertialSample& sample : batch.imu) {
       if (!sample.sample) continue;
       const inertial::ImuInput& measured = sample.sample->measured;
-      readings.imu.push_back({begin + sample.sample->time_s, turn * measured.specific_force_mps2,
-                              turn * measured.angular_rate_radps});
+      readings.imu.push_back({begin + sample.sample->time_s, rotation * measured.specific_force_mps2,
+                              rotation * measured.angular_rate_radps});
     }
   }
   for (const WheelsAtWork& sample : batch.wheels) {

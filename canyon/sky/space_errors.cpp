@@ -48,10 +48,10 @@ double of_satellite(const gnss::GroupValues& values, gnss::SatelliteId id) {
 
 /// Replaces turns[k] by cos(2 pi turns[k]), within 1e-13 for |turns[k]| < 1e9 apart from the rounding of the
 /// turns.
-CANYON_CLONES void take_cosines(double* __restrict turns, std::size_t count) {
+CANYON_CLONES void take_cosines(double* __restrict rotations, std::size_t count) {
   constexpr double kWhole = 6755399441055744;  // 1.5 * 2^52: adding it rounds to a whole number
   for (std::size_t k = 0; k < count; ++k) {
-    const double part = turns[k] - ((turns[k] + kWhole) - kWhole);
+    const double part = rotations[k] - ((rotations[k] + kWhole) - kWhole);
     // cos(2 pi part) = sin(2 pi (1/4 - |part|)), by its series.
     const double a = 2 * geodesy::kPi * (0.25 - (part < 0 ? -part : part)), y = a * a;
     double series = 1 - y / (18 * 19);
@@ -63,7 +63,7 @@ CANYON_CLONES void take_cosines(double* __restrict turns, std::size_t count) {
     series = 1 - y / (6 * 7) * series;
     series = 1 - y / (4 * 5) * series;
     series = 1 - y / (2 * 3) * series;
-    turns[k] = a * series;
+    rotations[k] = a * series;
   }
 }
 
@@ -224,8 +224,8 @@ double SpaceErrors::orbit_clock_m(const orbit::LineOfSight& line, GpsTime recept
   const OfSatellite& satellite = found->second;
   const Eigen::Vector3d& position = line.position_at_reception_m;
   // The direction of motion in inertial axes.
-  const Eigen::Vector3d turning(0, 0, geodesy::kEarthRotationRate);
-  const Eigen::Vector3d velocity = line.velocity_at_reception_mps + turning.cross(position);
+  const Eigen::Vector3d rotation_rate(0, 0, geodesy::kEarthRotationRate);
+  const Eigen::Vector3d velocity = line.velocity_at_reception_mps + rotation_rate.cross(position);
   const Eigen::Vector3d cross = position.cross(velocity).normalized();
   const Eigen::Vector3d along = cross.cross(position).normalized();
   // Linear over a thousandth of the time constant: within 2e-7 of the waves.
@@ -279,13 +279,13 @@ SpaceDelays SpaceErrors::at(const orbit::LineOfSight& line, const Reception& rec
 }
 
 RandomWaves::RandomWaves(RandomStream stream, double time_s, double length_m) {
-  constexpr double kTurn = 2 * geodesy::kPi;
+  constexpr double kTwoPi = 2 * geodesy::kPi;
   for (std::size_t k = 0; k < frequency_hz_.size(); ++k) {
-    frequency_hz_[k] = stream.normal() / time_s / kTurn;
-    x_per_m_[k] = stream.normal() / length_m / kTurn;
-    y_per_m_[k] = stream.normal() / length_m / kTurn;
-    z_per_m_[k] = stream.normal() / length_m / kTurn;
-    phase_turns_[k] = stream.uniform();
+    frequency_hz_[k] = stream.normal() / time_s / kTwoPi;
+    x_per_m_[k] = stream.normal() / length_m / kTwoPi;
+    y_per_m_[k] = stream.normal() / length_m / kTwoPi;
+    z_per_m_[k] = stream.normal() / length_m / kTwoPi;
+    phase_cycles_[k] = stream.uniform();
   }
 }
 
@@ -295,7 +295,7 @@ double RandomWaves::at(geodesy::GpsTime time, const Eigen::Vector3d& point) cons
   for (std::size_t k = 0; k < cosines.size(); ++k) {
     cosines[k] = frequency_hz_[k] * seconds +
                  (x_per_m_[k] * point.x() + y_per_m_[k] * point.y() + z_per_m_[k] * point.z()) +
-                 phase_turns_[k];
+                 phase_cycles_[k];
   }
   take_cosines(cosines.data(), cosines.size());
   std::array<double, 4> sums{};

@@ -73,7 +73,7 @@ class RandomWaves {
 
  private:
   using Waves = std::array<double, 24>;
-  Waves frequency_hz_, x_per_m_, y_per_m_, z_per_m_, phase_turns_;
+  Waves frequency_hz_, x_per_m_, y_per_m_, z_per_m_, phase_cycles_;
 };
 
 /// Range errors of a satellite's signals at one position and instant.

@@ -17,8 +17,8 @@ py::dict columns_of(const std::string& name);
 namespace {
 
 py::array_t<double> matrix(const Eigen::Matrix3d& m) {
-  const Eigen::Matrix3d turned = m.transpose();  // NumPy's rows are Eigen's columns
-  return read_only(py::array_t<double>({py::ssize_t{3}, py::ssize_t{3}}, turned.data()));
+  const Eigen::Matrix3d rotated = m.transpose();  // NumPy's rows are Eigen's columns
+  return read_only(py::array_t<double>({py::ssize_t{3}, py::ssize_t{3}}, rotated.data()));
 }
 
 const output::Format& format_of(const std::filesystem::path& path, const std::string& name) {

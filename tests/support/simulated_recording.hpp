@@ -55,11 +55,11 @@ shadowing: {skyline: {share: 0}}
     scenario.receivers.front().options.own_draws = false;
     const city::City map = city::synthetic_city(*scenario.city.as<city::SyntheticCityOptions>());
     city::City truth = dressed(map, facades, 1);
-    const Eigen::Rotation2Dd turn(moved.heading_rad);
+    const Eigen::Rotation2Dd rotation(moved.heading_rad);
     for (Eigen::Vector3d& v : truth.mesh.vertices) {
-      v.head<2>() =
-          (turn * (v.head<2>() - moved.pivot) + moved.pivot + Eigen::Vector2d(moved.east_m, moved.north_m))
-              .eval();
+      v.head<2>() = (rotation * (v.head<2>() - moved.pivot) + moved.pivot +
+                     Eigen::Vector2d(moved.east_m, moved.north_m))
+                        .eval();
     }
     const simulation::Simulation simulation(scenario, std::move(truth));
     const auto rinex =

@@ -97,7 +97,7 @@ bool is_for_px4(const PluginElements& elements) {
 }
 
 // The reader rejects other texts.
-std::string turned_round(const std::string& text) {
+std::string flipped_axes(const std::string& text) {
   const std::string small = lower_case(text);
   if (small == "true" || small == "1") return "false";
   return small == "false" || small == "0" ? "true" : text;
@@ -176,7 +176,7 @@ HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginCo
   const bool paper = elements.has("satAzimuth");  // the paper's satellites imply its receiver
   if (paper && !elements.has("profile")) elements.put("profile", "paper", "<satAzimuth>");
   if (const auto disabled = elements.take("disableNoise"))
-    elements.put("disableNoise", turned_round(*disabled), "<disableNoise>");
+    elements.put("disableNoise", flipped_axes(*disabled), "<disableNoise>");
   if (!elements.has("profile")) put_noise(context.sensor, elements, settings.warnings);
   std::vector<std::filesystem::path> folders;
   if (!context.folder.empty()) folders.push_back(context.folder);

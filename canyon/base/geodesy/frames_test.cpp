@@ -77,14 +77,14 @@ TEST(LocalFrame, MovesPointsBothWays) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> metres(-5000, 5000);
   for (const double heading : {0.0, 0.3, -2.9}) {
-    const LocalFrame turned(kHongKong, heading);
-    EXPECT_NEAR(turned.ecef_from_local_rotation().determinant(), 1, 1e-14);
+    const LocalFrame rotated(kHongKong, heading);
+    EXPECT_NEAR(rotated.ecef_from_local_rotation().determinant(), 1, 1e-14);
     for (int i = 0; i < 100; ++i) {
       const Vector3d p(metres(random), metres(random), metres(random) / 10);
-      EXPECT_LT((turned.local_from_ecef(turned.ecef_from_local(p)) - p).norm(), 1e-8);
-      EXPECT_LT((turned.local_from_geodetic(turned.geodetic_from_local(p)) - p).norm(), 1e-8);
+      EXPECT_LT((rotated.local_from_ecef(rotated.ecef_from_local(p)) - p).norm(), 1e-8);
+      EXPECT_LT((rotated.local_from_geodetic(rotated.geodetic_from_local(p)) - p).norm(), 1e-8);
       // The heading rotates x and y only: up and distances are unchanged.
-      EXPECT_NEAR(turned.ecef_from_local(p).norm(),
+      EXPECT_NEAR(rotated.ecef_from_local(p).norm(),
                   frame.ecef_from_local(Eigen::AngleAxisd(heading, Vector3d::UnitZ()) * p).norm(), 1e-8);
     }
   }
@@ -92,12 +92,12 @@ TEST(LocalFrame, MovesPointsBothWays) {
 
 TEST(LocalFrame, HeadingTurnsTheXAxisFromEastTowardsNorth) {
   const LocalFrame frame(kHongKong);
-  const LocalFrame turned(kHongKong, radians(30));
-  const Vector3d along_x = frame.local_from_ecef(turned.ecef_from_local({100, 0, 7}));
+  const LocalFrame rotated(kHongKong, radians(30));
+  const Vector3d along_x = frame.local_from_ecef(rotated.ecef_from_local({100, 0, 7}));
   EXPECT_LT((along_x - Vector3d(100 * std::cos(radians(30)), 50, 7)).norm(), 1e-8);
-  const Vector3d along_y = frame.local_from_ecef(turned.ecef_from_local({0, 100, 0}));
+  const Vector3d along_y = frame.local_from_ecef(rotated.ecef_from_local({0, 100, 0}));
   EXPECT_LT((along_y - Vector3d(-50, 100 * std::cos(radians(30)), 0)).norm(), 1e-8);
-  EXPECT_EQ(turned.heading_rad(), radians(30));
+  EXPECT_EQ(rotated.heading_rad(), radians(30));
 }
 
 TEST(LocalFrame, RefusesBadOrigins) {

@@ -30,7 +30,7 @@ void visit(Visitor& v, Wheel& o) {
 
 struct Car {
   double speed_mps = 10;
-  double turn_rad = 0.1;
+  double rotation_rad = 0.1;
   double limit = std::numeric_limits<double>::infinity();
   int doors = 4;
   bool electric = false;
@@ -52,7 +52,7 @@ struct Car {
 void visit(Visitor& v, Car& o) {
   static constexpr std::string_view kColours[]{"red", "green"};
   v.number({"speed_mps", "m/s", "along the road"}, o.speed_mps, {0, 100});
-  v.angle({"turn_deg", "deg", "of the wheel"}, o.turn_rad, {-90, 90, false, true});
+  v.angle({"turn_deg", "deg", "of the wheel"}, o.rotation_rad, {-90, 90, false, true});
   v.number({"limit", "", "of the driver"}, o.limit, or_none({1, 10}));
   v.integer({"doors", "", "of the car"}, o.doors, 0, 5);
   v.boolean({"electric", "", "no engine"}, o.electric);
@@ -98,7 +98,7 @@ TEST(Options, ReadersFillWhatIsThereAndLeaveTheRest) {
   const Car car = read_text<Car>(
       "speed_mps: 20\nturn_deg: 45\nlimit: none\ncolour: green\nowners: Ann\nwheels: [{}, {radius_m: 1}]\n");
   EXPECT_EQ(car.speed_mps, 20);
-  EXPECT_EQ(car.turn_rad, geodesy::radians(45));
+  EXPECT_EQ(car.rotation_rad, geodesy::radians(45));
   EXPECT_TRUE(std::isinf(car.limit));
   EXPECT_EQ(car.colour, Colour::Green);
   EXPECT_EQ(car.doors, 4);
@@ -200,7 +200,7 @@ TEST(Options, ChecksNameFieldAndBound) {
   EXPECT_EQ(message([](Car&) {}), "");
   EXPECT_EQ(message([](Car& c) { c.speed_mps = -1; }),
             "speed_mps of the car is -1; it must be at least 0 and at most 100 m/s");
-  EXPECT_EQ(message([](Car& c) { c.turn_rad = 2; }),
+  EXPECT_EQ(message([](Car& c) { c.rotation_rad = 2; }),
             "turn_rad of the car is 2 (114.591559 deg); it must be at least -90 and below 90 deg");
   EXPECT_THAT(message([](Car& c) { c.speed_mps = std::nan(""); }), HasSubstr("speed_mps"));
   EXPECT_THAT(message([](Car& c) { c.speed_mps = INFINITY; }), HasSubstr("speed_mps"));
@@ -213,7 +213,7 @@ TEST(Options, ChecksNameFieldAndBound) {
 TEST(Options, TextsReadBackToTheBit) {
   Car car;
   car.speed_mps = 1.0 / 3;
-  car.turn_rad = geodesy::radians(12.345678901234567);
+  car.rotation_rad = geodesy::radians(12.345678901234567);
   car.name = "a: \"b\\c\" # d\n";
   car.owners = {"true", "12", "- x", "Zoe \xc3\xab"};
   car.load_kg = 0;

@@ -12,11 +12,11 @@
 namespace canyon::buildings {
 namespace {
 
-Json ring_coordinates(const MapRing& ring, double turn) {
+Json ring_coordinates(const MapRing& ring, double rotation) {
   Json coordinates = Json::array();
   for (std::size_t i = 0; i <= ring.size(); ++i) {
     const LonLat& p = ring[i % ring.size()];
-    coordinates.push_back({rounded(p.x() - turn, 9), rounded(p.y(), 9)});
+    coordinates.push_back({rounded(p.x() - rotation, 9), rounded(p.y(), 9)});
   }
   return coordinates;
 }
@@ -39,10 +39,10 @@ Json geometry_of(const std::vector<MapPolygon>& polygons) {
     for (const MapRing& inner : polygon.inners)
       if (inner.size() >= 3) inners.push_back(unwrapped(inner));
     const geos::Geometry whole = geos::polygon(outer, inners);
-    const auto add = [&](const GEOSGeometry* shape, double turn) {
+    const auto add = [&](const GEOSGeometry* shape, double rotation) {
       for (const meshes::Polygon2& part : geos::polygons(shape)) {
-        Json rings = Json::array({ring_coordinates(part.outer, turn)});
-        for (const MapRing& hole : part.holes) rings.push_back(ring_coordinates(hole, turn));
+        Json rings = Json::array({ring_coordinates(part.outer, rotation)});
+        for (const MapRing& hole : part.holes) rings.push_back(ring_coordinates(hole, rotation));
         parts.push_back(std::move(rings));
       }
     };
@@ -50,10 +50,10 @@ Json geometry_of(const std::vector<MapPolygon>& polygons) {
       add(whole.get(), 0);
       continue;
     }
-    for (const double turn : {-360.0, 0.0, 360.0}) {
-      const double west = turn - 180, east = turn + 180;
+    for (const double rotation : {-360.0, 0.0, 360.0}) {
+      const double west = rotation - 180, east = rotation + 180;
       const geos::Geometry side = geos::polygon({{west, -90}, {east, -90}, {east, 90}, {west, 90}});
-      add(geos::Geometry(GEOSIntersection_r(geos::context(), whole.get(), side.get())).get(), turn);
+      add(geos::Geometry(GEOSIntersection_r(geos::context(), whole.get(), side.get())).get(), rotation);
     }
   }
   if (parts.empty()) return nullptr;  // "unlocated": RFC 7946, 3.2

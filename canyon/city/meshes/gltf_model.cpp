@@ -69,11 +69,12 @@ GltfParts split_glb(std::string_view bytes) {
 }
 
 /// A transform of three numbers, a quaternion and three factors; null: none.
-Eigen::Matrix4d transform_of(const double* move, const double* turn, const double* scale) {
+Eigen::Matrix4d transform_of(const double* move, const double* rotation_angle, const double* scale) {
   Eigen::Affine3d transform = Eigen::Affine3d::Identity();
   if (move != nullptr) transform.translate(Eigen::Vector3d(move));
-  if (turn != nullptr) {
-    const Eigen::Quaterniond rotation(turn[3], turn[0], turn[1], turn[2]);
+  if (rotation_angle != nullptr) {
+    const Eigen::Quaterniond rotation(rotation_angle[3], rotation_angle[0], rotation_angle[1],
+                                      rotation_angle[2]);
     if (!(rotation.norm() > 1e-6)) throw InputError("a node's rotation is zero");
     transform.rotate(rotation.normalized());
   }
@@ -88,12 +89,12 @@ Eigen::Matrix4d node_matrix(const Json& node) {
     return matrix_member(node, "matrix");
   }
   const std::vector<double> move = numbers_member(node, "translation", 3);
-  const std::vector<double> turn = numbers_member(node, "rotation", 4);
+  const std::vector<double> rotation = numbers_member(node, "rotation", 4);
   const std::vector<double> scale = numbers_member(node, "scale", 3);
   const auto given = [](const std::vector<double>& values) {
     return values.empty() ? nullptr : values.data();
   };
-  return transform_of(given(move), given(turn), given(scale));
+  return transform_of(given(move), given(rotation), given(scale));
 }
 
 /// Triangles of indices in glTF's order; strips alternate.
@@ -218,9 +219,10 @@ class GltfDecoder {
         throw InputError(fmt::format("the instances' {} is of a wrong type", name));
       return values;
     };
-    const AccessorValues move = read("TRANSLATION", 3), turn = read("ROTATION", 4), scale = read("SCALE", 3);
-    const std::size_t count = std::max({move.count, turn.count, scale.count});
-    for (const AccessorValues* each : {&move, &turn, &scale})
+    const AccessorValues move = read("TRANSLATION", 3), rotation = read("ROTATION", 4),
+                         scale = read("SCALE", 3);
+    const std::size_t count = std::max({move.count, rotation.count, scale.count});
+    for (const AccessorValues* each : {&move, &rotation, &scale})
       if (each->count != 0 && each->count != count) throw InputError("the instances' lists differ in length");
     if ((instances_ += count) > kMostInstances)
       throw InputError(fmt::format("has more than {} instances", kMostInstances));
@@ -229,7 +231,7 @@ class GltfDecoder {
       const auto of = [i](const AccessorValues& all) {
         return all.count > 0 ? &all.values[all.width * i] : nullptr;
       };
-      points.emplace_back(matrix * transform_of(of(move), of(turn), of(scale)));
+      points.emplace_back(matrix * transform_of(of(move), of(rotation), of(scale)));
     }
     return points;
   }

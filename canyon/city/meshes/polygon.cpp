@@ -22,7 +22,7 @@ Edge sorted_edge(std::uint32_t from, std::uint32_t to) {
 
 /// Orientation of a, b, c: +1 for a left turn, exact. The filter is Shewchuk's ccwerrboundA (1997, "Adaptive
 /// precision floating-point arithmetic", section 4.3); undecided cases are computed by GEOS in double-double.
-int turn(const Point2& a, const Point2& b, const Point2& c) {
+int orientation(const Point2& a, const Point2& b, const Point2& c) {
   const double left = (a.x() - c.x()) * (b.y() - c.y());
   const double right = (a.y() - c.y()) * (b.x() - c.x());
   const double determinant = left - right;
@@ -74,7 +74,7 @@ bool covers(const Corners& corners, const std::vector<Triangle>& triangles) {
   std::vector<Edge> left, right;
   left.reserve(3 * triangles.size());
   for (const Triangle& t : triangles) {
-    if (turn(corners.points[t[0]], corners.points[t[1]], corners.points[t[2]]) <= 0) return false;
+    if (orientation(corners.points[t[0]], corners.points[t[1]], corners.points[t[2]]) <= 0) return false;
     for (std::size_t k = 0; k < 3; ++k) left.push_back(sorted_edge(t[k], t[(k + 1) % 3]));
   }
   right.reserve(left.size());
@@ -118,10 +118,10 @@ class Sweep {
     std::vector<std::vector<std::size_t>> leave(rings);
     for (std::size_t d = rings; d < sides; ++d) leave[start_of(d)].push_back(d);
     for (std::uint32_t v = 0; v < rings; ++v) {
-      const auto sector = [&](std::size_t d) { return -turn(at_[v], at_[next_[v]], at_[end_of(d)]); };
+      const auto sector = [&](std::size_t d) { return -orientation(at_[v], at_[next_[v]], at_[end_of(d)]); };
       std::sort(leave[v].begin(), leave[v].end(), [&](std::size_t a, std::size_t b) {
         const int left = sector(a), right = sector(b);
-        return left != right ? left < right : turn(at_[v], at_[end_of(a)], at_[end_of(b)]) > 0;
+        return left != right ? left < right : orientation(at_[v], at_[end_of(a)], at_[end_of(b)]) > 0;
       });
       std::size_t clockwise = v;
       for (const std::size_t d : leave[v]) follow[twin_of(d)] = std::exchange(clockwise, d);
@@ -150,11 +150,11 @@ class Sweep {
       return a != b && (start != 0 ? start : of->side(a, of->next_[b])) > 0;
     }
     bool operator()(std::uint32_t a, const Point2& p) const {
-      return turn(of->at_[a], of->at_[of->next_[a]], p) > 0;
+      return orientation(of->at_[a], of->at_[of->next_[a]], p) > 0;
     }
   };
   [[nodiscard]] int side(std::uint32_t a, std::uint32_t corner) const {
-    return turn(at_[a], at_[next_[a]], at_[corner]);
+    return orientation(at_[a], at_[next_[a]], at_[corner]);
   }
 
   bool find_diagonals() {
@@ -165,7 +165,7 @@ class Sweep {
     for (const std::uint32_t v : order_) {
       const std::uint32_t from = before_[v];
       const bool from_left = rank_[from] < rank_[v], to_right = rank_[v] < rank_[next_[v]];
-      const bool convex = turn(at_[from], at_[v], at_[next_[v]]) > 0;
+      const bool convex = orientation(at_[from], at_[v], at_[next_[v]]) > 0;
       if (from_left) {
         if (merges[helper[from]]) join(v, helper[from]);
         if (index[from] != sides.end()) sides.erase(index[from]);
@@ -202,7 +202,7 @@ class Sweep {
 
   void add(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     triangles_.push_back({a, b, c});
-    if (turn(at_[a], at_[b], at_[c]) < 0) std::swap(triangles_.back()[1], triangles_.back()[2]);
+    if (orientation(at_[a], at_[b], at_[c]) < 0) std::swap(triangles_.back()[1], triangles_.back()[2]);
   }
 
   /// Cuts a piece, counter-clockwise, that no vertical line crosses more than twice.
@@ -220,7 +220,7 @@ class Sweep {
       const bool across = i + 1 == all.size() || (i > 0 && open.back().second != upper);
       for (std::size_t k = open.size(); k > 1; --k) {
         const std::uint32_t a = open[k - 2].first, b = open[k - 1].first;
-        if (!across && (upper ? -1 : 1) * turn(at_[a], at_[b], at_[v]) <= 0) break;
+        if (!across && (upper ? -1 : 1) * orientation(at_[a], at_[b], at_[v]) <= 0) break;
         add(a, b, v);
         if (!across) open.pop_back();
       }
@@ -261,7 +261,8 @@ std::optional<std::vector<Triangle>> triangulate_seen(const Polygon2& polygon, c
       if (!index) return std::nullopt;
       triangle[k] = *index;
     }
-    if (turn(corners.points[triangle[0]], corners.points[triangle[1]], corners.points[triangle[2]]) < 0)
+    if (orientation(corners.points[triangle[0]], corners.points[triangle[1]], corners.points[triangle[2]]) <
+        0)
       std::swap(triangle[1], triangle[2]);
     triangles.push_back(triangle);
   }
@@ -379,13 +380,13 @@ bool add_face(const std::vector<Eigen::Vector3d>& vertices, const std::vector<st
   };
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   for (std::size_t i = 1; i + 1 < n; ++i) normal += cross(0, i, i + 1);
-  const double turned_away = -1e-9 * normal.norm();
+  const double rotated_away = -1e-9 * normal.norm();
   normal.normalize();
   constexpr std::size_t kMostFans = 8;
   for (std::size_t from = 0; from < std::min(n, kMostFans); ++from) {
     bool covers_face = true;
     for (std::size_t i = 1; i + 1 < n && covers_face; ++i)
-      covers_face = !(cross(from, from + i, from + i + 1).dot(normal) < turned_away);
+      covers_face = !(cross(from, from + i, from + i + 1).dot(normal) < rotated_away);
     if (covers_face) return fan(from);
   }
   const std::vector<Point2> ring = flat(vertices, corners, normal);

@@ -420,9 +420,9 @@ TEST(RayScene, AMovingBoxBlocksAndFrees) {
   EXPECT_TRUE(scene.posed_instances().empty());
 
   // Length across the ray: yaw 90 deg, so that its side is 1 m before its centre.
-  const Isometry3d turned =
+  const Isometry3d rotated =
       Eigen::Translation3d(20, 0, 0) * Eigen::AngleAxisd(EIGEN_PI / 2, Vector3d::UnitZ());
-  scene.set_pose(truck, turned);
+  scene.set_pose(truck, rotated);
   EXPECT_NEAR(scene.cast(east).value().range_m, 100, 1e-9) << "not before commit()";
   scene.commit();
   auto hit = scene.cast(east);
@@ -458,7 +458,7 @@ TEST(RayScene, AMovingBoxBlocksAndFrees) {
   EXPECT_EQ(scene.cast(north).value().instance, truck);
   scene.commit();
   EXPECT_FALSE(scene.occluded(north));
-  EXPECT_THROW(scene.set_pose(truck, turned), InputError);
+  EXPECT_THROW(scene.set_pose(truck, rotated), InputError);
   EXPECT_EQ(scene.add_instance(box({0, 0, 0}, {1, 1, 1})), 2u) << "ids are not used again";
 }
 
@@ -466,14 +466,14 @@ TEST(RayScene, ManyInstancesAnswerAsTheSameMeshesStandingStill) {
   // Boxes of all shapes and orientations, once as instances, once as one static mesh: the static result is
   // the reference.
   std::mt19937_64 random(5);
-  std::uniform_real_distribution<double> coordinate(-60, 60), size(0.3, 12), turn(-3, 3);
+  std::uniform_real_distribution<double> coordinate(-60, 60), size(0.3, 12), rotation(-3, 3);
   RayScene moving(box({-5, -5, -5}, {5, 5, 5}));
   Mesh all = box({-5, -5, -5}, {5, 5, 5});
   for (int i = 0; i < 150; ++i) {
     const Vector3d corner(size(random), size(random), size(random));
     const Mesh mesh = box(-0.2 * corner, corner);  // with an offset origin
     const Isometry3d pose = Eigen::Translation3d(coordinate(random), coordinate(random), coordinate(random)) *
-                            Eigen::AngleAxisd(turn(random), random_direction(random));
+                            Eigen::AngleAxisd(rotation(random), random_direction(random));
     const InstanceId id = moving.add_instance(mesh);
     moving.set_pose(id, pose);
     std::vector<Vector3d> vertices;

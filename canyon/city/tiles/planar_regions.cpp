@@ -151,7 +151,7 @@ constexpr int kPasses = 30;
 /// Limits for normals of planes that meet in a line, or a corner.
 constexpr double kSameNormal = 0.96, kLeastDeterminant = 0.15;
 /// Limit for the rotation of a triangle's normal: cosine.
-constexpr double kLeastTurn = 0.5;
+constexpr double kMinRotation = 0.5;
 
 double distance_to_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                             const Eigen::Vector3d& c) {
@@ -285,7 +285,7 @@ class Decimation {
       const Eigen::Vector3d before = (old[1] - old[0]).cross(old[2] - old[0]);
       const Eigen::Vector3d after = (now[1] - now[0]).cross(now[2] - now[0]);
       if (city::is_degenerate(now[0], now[1], now[2]) ||
-          before.dot(after) < kLeastTurn * before.norm() * after.norm())
+          before.dot(after) < kMinRotation * before.norm() * after.norm())
         return kNever;
       const double longest = std::max({(now[1] - now[0]).squaredNorm(), (now[2] - now[1]).squaredNorm(),
                                        (now[0] - now[2]).squaredNorm()});

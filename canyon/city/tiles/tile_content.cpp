@@ -177,7 +177,7 @@ class Instances {
       : tables_(tables), count_(meshes::count_member(tables.feature, "INSTANCES_LENGTH")) {
     if (count_ > kMostInstances) throw InputError(fmt::format("has {} instances", count_));
     read_translations();
-    read_turns();
+    read_rotations();
     scale_ = feature_values<float>(tables, "SCALE", count_);
     scales_ = feature_values<float>(tables, "SCALE_NON_UNIFORM", 3 * count_);
     const Json* local = tables.feature.find("EAST_NORTH_UP");
@@ -189,18 +189,18 @@ class Instances {
     std::vector<Eigen::Matrix4d> out;
     for (std::size_t i = 0; i < count_; ++i) {
       const Eigen::Vector3d point = Eigen::Vector3d(&positions_[3 * i]) + centre;
-      Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+      Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
       if (!up_.empty()) {
         const Eigen::Vector3d right = right_[i], up = up_[i];
-        turn << right, up, right.cross(up);
+        rotation << right, up, right.cross(up);
       } else if (east_north_up_) {
         // Rows of the rotation to ENU are east, north and up.
-        turn = geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(point)).transpose();
+        rotation = geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(point)).transpose();
       }
-      if (!scale_.empty()) turn *= scale_[i];
-      if (!scales_.empty()) turn *= Eigen::Vector3d(&scales_[3 * i]).asDiagonal();
+      if (!scale_.empty()) rotation *= scale_[i];
+      if (!scales_.empty()) rotation *= Eigen::Vector3d(&scales_[3 * i]).asDiagonal();
       Eigen::Matrix4d matrix = translation(point);
-      matrix.topLeftCorner<3, 3>() = turn;
+      matrix.topLeftCorner<3, 3>() = rotation;
       out.push_back(matrix);
     }
     return out;
@@ -218,7 +218,7 @@ class Instances {
       positions_[i] = positions_[i] / 65535 * size[i % 3] + low[i % 3];
   }
 
-  void read_turns() {
+  void read_rotations() {
     const auto read = [&](const char* plain, const char* packed) {
       std::vector<Eigen::Vector3d> out;
       std::vector<double> values = feature_values<float>(tables_, plain, 3 * count_);

@@ -535,7 +535,7 @@ void TileMesh::add_object(const std::string& name, city::Surface surface, city::
     for (const std::uint32_t t : component) triangles.push_back(part.triangles[t]);
     if (surface == city::Surface::Building) {
       const city::OrientedSolids found = city::orient_outwards(part.vertices, triangles);
-      turned_ += found.turned;
+      rotated_ += found.flipped_count;
       open_ += found.closed ? 0 : 1;
     }
     if (part.feature || components.size() == 1) {
@@ -566,9 +566,9 @@ std::vector<std::string> TileMesh::notes() const {
         fmt::format("{} features and meshes without such a word are read as buildings", guessed_));
   if (degenerate_ > 0)
     lines.push_back(fmt::format("{} degenerate triangles (area below 1e-8 m^2) dropped", degenerate_));
-  if (turned_ > 0)
+  if (rotated_ > 0)
     lines.push_back(
-        fmt::format("{} triangles flipped to agree with their neighbours or to face outwards", turned_));
+        fmt::format("{} triangles flipped to agree with their neighbours or to face outwards", rotated_));
   if (open_ > 0)
     lines.push_back(fmt::format("{} parts of buildings are not closed (a missing floor aside)", open_));
   return lines;

@@ -46,7 +46,7 @@ class TileMesh {
 
   city::Mesh mesh_;
   Skin skin_;
-  std::size_t read_ = 0, degenerate_ = 0, turned_ = 0, open_ = 0;
+  std::size_t read_ = 0, degenerate_ = 0, rotated_ = 0, open_ = 0;
   std::array<std::size_t, 4> by_word_{};  ///< objects by surface
   std::size_t sheets_ = 0, guessed_ = 0;
 };

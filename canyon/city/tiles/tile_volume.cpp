@@ -27,11 +27,11 @@ double region_width(const std::vector<double>& region) {
 
 /// Whether two intervals of longitudes [rad] intersect, each given by its west end and width.
 bool longitudes_meet(double west, double width, double other_west, double other_width) {
-  const auto turned = [](double angle) {
-    const double turn = std::fmod(angle, 2 * geodesy::kPi);
-    return turn < 0 ? turn + 2 * geodesy::kPi : turn;
+  const auto rotated = [](double angle) {
+    const double rotation = std::fmod(angle, 2 * geodesy::kPi);
+    return rotation < 0 ? rotation + 2 * geodesy::kPi : rotation;
   };
-  return turned(other_west - west) <= width || turned(west - other_west) <= other_width;
+  return rotated(other_west - west) <= width || rotated(west - other_west) <= other_width;
 }
 
 /// Rejects degrees given as radians, and latitudes exchanged with longitudes.

@@ -24,12 +24,12 @@ using simulation::BodyAxes;
 using simulation::WorldAxes;
 
 const Matrix3d& enu_from_ned() {
-  static const Matrix3d turn = enu_from(WorldAxes::NED);
-  return turn;
+  static const Matrix3d rotation = enu_from(WorldAxes::NED);
+  return rotation;
 }
 const Matrix3d& flu_from_frd() {
-  static const Matrix3d turn = flu_from(BodyAxes::FRD);
-  return turn;
+  static const Matrix3d rotation = flu_from(BodyAxes::FRD);
+  return rotation;
 }
 
 std::optional<Quaterniond> attitude(const mavlink::Quaternion& q, const Matrix3d& enu_from_world,
@@ -232,13 +232,13 @@ class MavlinkPoses final : public PoseDecoder {
     report.rates_body_radps = found->second.rates;
   }
 
-  struct Turned {
+  struct RotatedPose {
     std::optional<Quaterniond> attitude;
     Vector3d rates = Vector3d::Zero();
   };
   std::vector<std::string> taken_;
   transport::Readers<mavlink::MavlinkParser> parsers_;
-  std::map<std::uint8_t, Turned> attitudes_;
+  std::map<std::uint8_t, RotatedPose> attitudes_;
   std::uint8_t sequence_ = 0;
 };
 

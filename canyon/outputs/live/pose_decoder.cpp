@@ -27,9 +27,9 @@ using simulation::BodyAxes;
 using simulation::WorldAxes;
 
 Matrix3d enu_from(WorldAxes axes) {
-  Matrix3d turn = Matrix3d::Identity();
-  if (axes == WorldAxes::NED) turn << 0, 1, 0, 1, 0, 0, 0, 0, -1;
-  return turn;
+  Matrix3d rotation = Matrix3d::Identity();
+  if (axes == WorldAxes::NED) rotation << 0, 1, 0, 1, 0, 0, 0, 0, -1;
+  return rotation;
 }
 
 Matrix3d flu_from(BodyAxes axes) {

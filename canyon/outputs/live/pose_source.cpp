@@ -25,7 +25,7 @@ std::optional<simulation::ReportedPose> PoseSource::in_city(const PoseReport& re
   if (!options_.id.empty() && report.id != options_.id) return std::nullopt;
   simulation::ReportedPose sent;
   sent.stamp_s = report.stamp_s.value_or(now_s);
-  Eigen::Matrix3d turn;
+  Eigen::Matrix3d rotation;
   double scale = 1;
   if (report.position) {
     // An autopilot without a fix sends latitude 0, longitude 0.
@@ -39,14 +39,14 @@ std::optional<simulation::ReportedPose> PoseSource::in_city(const PoseReport& re
     geodesy::Geodetic position = *report.position;
     position.height_m += sent_zero_m_;
     sent.pose.position_m = frame_.local_from_geodetic(position);
-    turn = frame_.ecef_from_local_rotation().transpose() *
-           geodesy::enu_from_ecef_rotation(*report.position).transpose();
+    rotation = frame_.ecef_from_local_rotation().transpose() *
+               geodesy::enu_from_ecef_rotation(*report.position).transpose();
   } else {
-    turn = Eigen::AngleAxisd(options_.heading_rad, Vector3d::UnitZ()).toRotationMatrix();
+    rotation = Eigen::AngleAxisd(options_.heading_rad, Vector3d::UnitZ()).toRotationMatrix();
     scale = options_.scale;
-    sent.pose.position_m = options_.origin_enu_m + turn * (scale * *report.position_m);
+    sent.pose.position_m = options_.origin_enu_m + rotation * (scale * *report.position_m);
   }
-  if (report.velocity_mps) sent.linear_velocity = turn * (scale * *report.velocity_mps);
+  if (report.velocity_mps) sent.linear_velocity = rotation * (scale * *report.velocity_mps);
   const simulation::RigidPose body{sent.pose.position_m, Quaterniond::Identity(),
                                    sent.linear_velocity.value_or(Vector3d::Zero())};
   if (!simulation::is_possible(simulation::pose_of(body, {frame_}, {}), frame_)) {
@@ -54,7 +54,7 @@ std::optional<simulation::ReportedPose> PoseSource::in_city(const PoseReport& re
     return sent;
   }
   if (report.attitude) {
-    sent.pose.attitude = Quaterniond(turn) * *report.attitude;
+    sent.pose.attitude = Quaterniond(rotation) * *report.attitude;
     if (report.rates_body_radps) sent.angular_velocity = sent.pose.attitude * *report.rates_body_radps;
     return sent;
   }

@@ -713,8 +713,8 @@ struct Session::Impl {
   }
 
   /// Serves links and computes due epochs; false at the end of the run.
-  [[nodiscard]] bool turn() {
-    turn_began = Clock::now();
+  [[nodiscard]] bool next_round() {
+    round_start = Clock::now();
     serve();
     gather(now_ns());
     compute_and_write();
@@ -744,7 +744,7 @@ struct Session::Impl {
       if (const auto next = stream->next_due()) until = std::min(until, *next);
     // A pass takes some microseconds for each link; input during it is handled together in the next pass.
     std::this_thread::sleep_until(std::min(
-        until, turn_began + std::chrono::microseconds(10 * static_cast<std::int64_t>(links.size()))));
+        until, round_start + std::chrono::microseconds(10 * static_cast<std::int64_t>(links.size()))));
     std::vector<int> handles;
     std::vector<pollfd> polled;
     std::vector<transport::Link*> of;
@@ -804,7 +804,7 @@ struct Session::Impl {
   const SessionOptions* run_options = nullptr;
   const std::vector<simulation::EpochSink*>* sinks = nullptr;
   Clock::time_point wall_begin;
-  Clock::time_point next_second, next_reset, next_service, turn_began;
+  Clock::time_point next_second, next_reset, next_service, round_start;
   std::vector<Due> due;
   std::int64_t stamped_ns = -1;  // latest instant of a vehicle moved by poses
   SessionFigures figures;
@@ -844,7 +844,7 @@ SessionFigures Session::run(const std::vector<simulation::EpochSink*>& sinks, co
   };
   // Epochs until then are kept, also if an error ends the run.
   finish([&] {
-    while (impl.running() && impl.turn()) impl.wait();
+    while (impl.running() && impl.next_round()) impl.wait();
   });
   for (const auto& stream : impl.streams) finish([&] { stream->finish(); });
   finish([&] { simulation::finish_sinks(sinks, nullptr, nullptr); });

@@ -292,9 +292,9 @@ class McapEncoder final : public Encoder {
     if (sensors_.any() && epoch.sensors != nullptr) put_samples(*epoch.sensors);
     put_fix(now, epoch.observed.fix);
     const Eigen::Vector3d& v = epoch.truth.velocity_enu_mps;
-    const Eigen::Matrix3d turn = simulation::enu_from_body(epoch.truth);
-    put_odometry(kTruth, now, frame_->local_from_ecef(epoch.truth_ecef), Eigen::Quaterniond(turn), {},
-                 turn.transpose() * v, epoch.truth.yaw_rate_radps,
+    const Eigen::Matrix3d rotation = simulation::enu_from_body(epoch.truth);
+    put_odometry(kTruth, now, frame_->local_from_ecef(epoch.truth_ecef), Eigen::Quaterniond(rotation), {},
+                 rotation.transpose() * v, epoch.truth.yaw_rate_radps,
                  covariance36(Eigen::Matrix3d::Zero(), {kUnknownVariance, kUnknownVariance, 0}));
     return writer_.take(false);
   }

@@ -60,7 +60,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     const bool new_one = port.commands.first().empty();
     std::string answers = port.commands.receive(bytes);
     answers += received_rtcm(port.commands, before, epochs_.corrections_status(reader));
-    if (new_one) port.turns = all_.turns;
+    if (new_one) port.rounds = all_.rounds;
     note(port.commands, new_one);
     return answers;
   }
@@ -72,13 +72,13 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   static constexpr ubx::MessageId kSubframes = 0x0213, kReceivedRtcm = 0x0232, kCorrection = 0x0234;
 
   /// Settings and pending output of one connection.
-  struct Turns {
+  struct Rounds {
     rtcm::Observations observations;
     std::int64_t interval = -1, navigations = 0;
   };
   struct Port {
     ubx::UbxCommands commands;
-    Turns turns;
+    Rounds rounds;
   };
 
   std::string encode(Port& port) {
@@ -98,17 +98,18 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
       if (settings.rate(ubx::kRawSamples) > 0) text += raw_sensor_samples(*sensors_);
     }
     if (!due(port)) return text;
-    ++port.turns.navigations;
-    const auto turn = [&](ubx::MessageId id) {
+    ++port.rounds.navigations;
+    const auto rotation = [&](ubx::MessageId id) {
       const int rate = settings.rate(id);
-      return rate > 0 && port.turns.navigations % rate == 0;
+      return rate > 0 && port.rounds.navigations % rate == 0;
     };
     const bool nmea = settings.value(ubx::kOutputNmea).value_or(0) != 0 && port.commands.running();
-    if (nmea) text += sentences(turn);
+    if (nmea) text += sentences(rotation);
     for (const ubx::MessageInfo& info : ubx::messages())
-      if (speaks && of_epochs(info) && turn(info.id)) text += ubx::frame(info.id, *output(info.id, settings));
+      if (speaks && of_epochs(info) && rotation(info.id))
+        text += ubx::frame(info.id, *output(info.id, settings));
     const bool corrects = settings.value(ubx::kOutputRtcm).value_or(0) != 0 && port.commands.running();
-    return corrects ? text + corrections(port, turn) : text;
+    return corrects ? text + corrections(port, rotation) : text;
   }
 
   static bool of_epochs(const ubx::MessageInfo& info) {
@@ -211,29 +212,31 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
   [[nodiscard]] bool due(Port& port) const {
     const std::int64_t now = round_to(last_->observed.time, kMillisecond).nanoseconds() / kMillisecond /
                              port.commands.interval_ms();
-    return std::exchange(port.turns.interval, now) != now;
+    return std::exchange(port.rounds.interval, now) != now;
   }
 
-  template <typename Turn>
-  std::string sentences(const Turn& turn) {
+  template <typename Round>
+  std::string sentences(const Round& rotation) {
     constexpr std::pair<std::string_view, ubx::MessageId> kSentences[]{
         {"RMC", 0xF004}, {"GGA", 0xF000}, {"GSA", 0xF002}, {"GST", 0xF007}, {"GSV", 0xF003}};
     if (std::none_of(std::begin(kSentences), std::end(kSentences),
-                     [&](const auto& s) { return turn(s.second); }))
+                     [&](const auto& s) { return rotation(s.second); }))
       return {};
     std::string text;
     const std::string epoch = nmea_epoch(*last_);  // split() only points into it
     for (const std::string_view line : split(epoch, '\n')) {
       for (const auto& [name, id] : kSentences)
-        if (line.size() > 6 && line.substr(3, 3) == name && turn(id)) text.append(line).append("\n");
+        if (line.size() > 6 && line.substr(3, 3) == name && rotation(id)) text.append(line).append("\n");
     }
     return text;
   }
 
   /// RTCM 3 of a base: the messages due.
-  template <typename Turn>
-  std::string corrections(Port& port, const Turn& turn) {
-    const auto is_due = [&](int number) { return turn(static_cast<ubx::MessageId>(0xF500 + number - 1000)); };
+  template <typename Round>
+  std::string corrections(Port& port, const Round& rotation) {
+    const auto is_due = [&](int number) {
+      return rotation(static_cast<ubx::MessageId>(0xF500 + number - 1000));
+    };
     std::vector<int> numbers;
     for (const int number : {1074, 1077, 1084, 1087, 1094, 1097, 1124, 1127})
       if (is_due(number)) numbers.push_back(number);
@@ -243,7 +246,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     std::string text;
     for (const broadcast::Bits& message : rtcm::station_messages(reported))
       if (is_due(static_cast<int>(message.number(0, 12)))) text += rtcm::frame(message);
-    for (const broadcast::Bits& message : port.turns.observations.messages(last_->observed, numbers))
+    for (const broadcast::Bits& message : port.rounds.observations.messages(last_->observed, numbers))
       text += rtcm::frame(message);
     return text;
   }

@@ -113,8 +113,8 @@ Complex edge_field(double nu) {
     return table;
   }();
   const double x = std::abs(nu);
-  const double turns = x * x / 4;
-  Complex field = std::polar(1.0, -2 * geodesy::kPi * (turns - std::floor(turns)));
+  const double cycles = x * x / 4;
+  Complex field = std::polar(1.0, -2 * geodesy::kPi * (cycles - std::floor(cycles)));
   if (x < kStep * kSteps) {
     const auto i = static_cast<std::size_t>(x / kStep);
     field *= steady[i] + (steady[i + 1] - steady[i]) * (x / kStep - static_cast<double>(i));

@@ -143,8 +143,8 @@ TEST(CrownDepth, IsTheChordOfItsSphere) {
   const Vector3d to_middle = (middle - kAntenna).normalized();
   EXPECT_NEAR(crown_depth_m(tree, kAntenna, to_middle, kFar), 5, 1e-12);
   // Passing the middle at 1.5 m: 2 sqrt(2.5^2 - 1.5^2) = 4.
-  const double turn = std::asin(1.5 / (middle - kAntenna).norm());
-  const Vector3d neighbour = (std::cos(turn) * to_middle + std::sin(turn) * Vector3d::UnitX());
+  const double rotation = std::asin(1.5 / (middle - kAntenna).norm());
+  const Vector3d neighbour = (std::cos(rotation) * to_middle + std::sin(rotation) * Vector3d::UnitX());
   EXPECT_NEAR(crown_depth_m(tree, kAntenna, neighbour, kFar), 4, 1e-9);
   EXPECT_EQ(crown_depth_m(tree, kAntenna, Vector3d(0, -1, 0), kFar), 0);
   EXPECT_NEAR(crown_depth_m(tree, kAntenna, to_middle, (middle - kAntenna).norm()), 2.5, 1e-12);

@@ -60,8 +60,8 @@ Shadowing::SkyCell Shadowing::locate(const Eigen::Vector3d& direction) const {
 
 double Shadowing::passed(FrameStates::States states, double into_m) const {
   if (states.now == states.before || into_m >= kTransition_m) return states.now ? 1 : 0;
-  const double turned = into_m / kTransition_m;
-  return states.now ? turned : 1 - turned;
+  const double rotated = into_m / kTransition_m;
+  return states.now ? rotated : 1 - rotated;
 }
 
 ShadowingParameters Shadowing::parameters(double elevation_rad) const {
@@ -138,14 +138,14 @@ double FrameStates::uniform(std::int64_t frame, std::span<const SkyNodes::Share>
 bool FrameStates::state(std::int64_t frame, std::span<const SkyNodes::Share> shares, Steps steps) {
   const double stay = 1 - steps.leave;
   const double low = std::min(steps.enter, stay), high = std::max(steps.enter, stay);
-  bool turned = false;  // flipped by the frames between
+  bool rotated = false;  // flipped by the frames between
   for (int back = 0;; ++back) {
     const double u = uniform(frame - back, shares);
-    if (u < low || u >= high) return (u < low) != turned;
+    if (u < low || u >= high) return (u < low) != rotated;
     if (back == kFarthest)
-      return (u - low < (high - low) * steps.enter / (steps.enter + steps.leave)) != turned;
+      return (u - low < (high - low) * steps.enter / (steps.enter + steps.leave)) != rotated;
     // Between the bounds the state stays, or it flips in chains that change more often than not.
-    if (steps.enter > stay) turned = !turned;
+    if (steps.enter > stay) rotated = !rotated;
   }
 }
 

@@ -66,8 +66,8 @@ void Skyline::go_to(const Eigen::Vector2d& point, double height_m) {
 }
 
 Skyline::Obstacle Skyline::obstacle(double azimuth_rad) const {
-  const double turns = azimuth_rad / (2 * geodesy::kPi);
-  const double at = (turns - std::floor(turns)) * static_cast<double>(nodes_.size());
+  const double cycles = azimuth_rad / (2 * geodesy::kPi);
+  const double at = (cycles - std::floor(cycles)) * static_cast<double>(nodes_.size());
   const std::size_t before = static_cast<std::size_t>(at) % nodes_.size(),
                     after = (before + 1) % nodes_.size();
   const double between = geodesy::kPi / 2 * (at - std::floor(at));

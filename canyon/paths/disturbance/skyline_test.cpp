@@ -109,16 +109,16 @@ TEST(Skyline, IsAlikeNearby) {
       return skyline.top_rad(0.5);
     });
   };
-  const auto turned = [&](double degrees) {
+  const auto rotated = [&](double degrees) {
     return alike(skyline,
                  [&, degrees](const Eigen::Vector2d&) { return skyline.top_rad(0.5 + radians(degrees)); });
   };
   EXPECT_GT(moved(1), 0.95);
   EXPECT_GT(moved(5), 0.75);
   EXPECT_NEAR(moved(60), unlike, 0.03);
-  EXPECT_GT(turned(2), 0.93);
-  EXPECT_GT(turned(10), 0.7);
-  EXPECT_NEAR(turned(90), unlike, 0.03);
+  EXPECT_GT(rotated(2), 0.93);
+  EXPECT_GT(rotated(10), 0.7);
+  EXPECT_NEAR(rotated(90), unlike, 0.03);
 }
 
 // Directions well below a top have the loss behind the same obstacle's edge, as seen just above the edge.

@@ -98,7 +98,7 @@ struct EdgeDiffraction::Impl {
     set.gather(here, options.max_range_m, clearance, s.near);
     if (s.near.edge.empty()) return;
     for (std::size_t i = 0; i < directions.size(); ++i) {
-      const Vector3d towards = pose.turned_back(directions[i]);
+      const Vector3d towards = pose.rotated_to_local(directions[i]);
       mark_diffracting(s.near, towards, blocked[i] ? shadow_excess : lit_excess, s.marks);
       for_each_mark(s.marks.data(), s.marks.size(), [&](std::size_t k) {
         bend(set, s.near.edge[k], instance, pose, antenna, here, static_cast<std::uint32_t>(i), towards,
@@ -145,7 +145,7 @@ struct EdgeDiffraction::Impl {
     c.path.edge = index;
     c.path.instance = instance;
     const double offset = scene->surface_offset_m(c.path.point) + edge.deviation_m;
-    c.lifted = c.path.point + pose.turned(lift(edge, offset));
+    c.lifted = c.path.point + pose.rotated(lift(edge, offset));
     c.offset_m = offset;
     c.edge = &edge;
     c.pose = pose;
@@ -182,11 +182,11 @@ struct EdgeDiffraction::Impl {
     const Edge& edge = *c.edge;
     if (edge.is_free()) {
       // Across the plane of the sheet, just beyond its rim.
-      const Vector3d across = c.pose.turned(edge.normal[0]);
+      const Vector3d across = c.pose.rotated(edge.normal[0]);
       return !scene->occluded({c.lifted - 2 * c.offset_m * across, across, 4 * c.offset_m});
     }
-    return !scene->occluded({c.lifted, c.pose.turned(edge.normal[0].cross(edge.direction)), kStep}) &&
-           !scene->occluded({c.lifted, c.pose.turned(edge.direction.cross(edge.normal[1])), kStep});
+    return !scene->occluded({c.lifted, c.pose.rotated(edge.normal[0].cross(edge.direction)), kStep}) &&
+           !scene->occluded({c.lifted, c.pose.rotated(edge.direction.cross(edge.normal[1])), kStep});
   }
 };
 

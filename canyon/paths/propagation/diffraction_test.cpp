@@ -136,13 +136,13 @@ TEST(EdgeDiffraction, AroundAVerticalCorner) {
   const double rho = std::hypot(6, 20), corner_azimuth = std::atan2(-6, 20);
   for (const double elevation_deg : {5.0, 25.0, 50.0, 70.0}) {
     for (const double azimuth_deg : {-15.0, -10.0, -5.0, -1.0}) {
-      const double e = radians(elevation_deg), turn = radians(azimuth_deg) - corner_azimuth;
+      const double e = radians(elevation_deg), rotation = radians(azimuth_deg) - corner_azimuth;
       const auto paths = world.trace(antenna, direction(azimuth_deg, elevation_deg));
       const auto corner = std::find_if(paths.begin(), paths.end(), [](const DiffractedPath& p) {
         return std::abs(p.point.x() - 2) < 1e-6;
       });
       ASSERT_NE(corner, paths.end());
-      EXPECT_NEAR(corner->excess_m, rho * std::cos(e) * (1 - std::cos(turn)), 1e-9);
+      EXPECT_NEAR(corner->excess_m, rho * std::cos(e) * (1 - std::cos(rotation)), 1e-9);
       EXPECT_NEAR((corner->point - Vector3d(2, 15, 2 + rho * std::tan(e))).norm(), 0, 1e-9);
       EXPECT_NEAR((corner->arrival - direction(geodesy::degrees(corner_azimuth), elevation_deg)).norm(), 0,
                   1e-12);
@@ -210,14 +210,14 @@ TEST(EdgeDiffraction, IsContinuousAtTheShadowBoundary) {
 /// A block with a yard, a tower and a slab, as a scene without symmetry, rotated about the vertical.
 Mesh quarter(double yaw_rad) {
   Mesh mesh;
-  const auto turned = [&](const Vector3d& middle, const Vector3d& size, double own_yaw) {
+  const auto rotated = [&](const Vector3d& middle, const Vector3d& size, double own_yaw) {
     const Vector3d at = Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()) * middle;
     append(mesh, at - 0.5 * size, at + 0.5 * size, own_yaw + yaw_rad);
   };
-  turned({0, 30, 10}, {50, 12, 20}, 0.1);
-  turned({-30, -5, 20}, {14, 18, 40}, -0.4);
-  turned({25, -20, 7}, {20, 30, 14}, 0.7);
-  turned({5, 70, 25}, {30, 10, 50}, 0.3);
+  rotated({0, 30, 10}, {50, 12, 20}, 0.1);
+  rotated({-30, -5, 20}, {14, 18, 40}, -0.4);
+  rotated({25, -20, 7}, {20, 30, 14}, 0.7);
+  rotated({5, 70, 25}, {30, 10, 50}, 0.3);
   return mesh;
 }
 
@@ -226,18 +226,19 @@ TEST(EdgeDiffraction, TurnsWithTheScene) {
   std::size_t found = 0;
   for (const double yaw : {0.5, 2.1, -1.3}) {
     const World world(quarter(yaw));
-    const Eigen::Matrix3d turn = Eigen::AngleAxisd(yaw, Vector3d::UnitZ()).toRotationMatrix();
+    const Eigen::Matrix3d rotation = Eigen::AngleAxisd(yaw, Vector3d::UnitZ()).toRotationMatrix();
     std::mt19937 random(3);
     std::uniform_real_distribution<double> coordinate(-8, 8), azimuth(0, 360), elevation(2, 80);
     for (int i = 0; i < 100; ++i) {
       const Vector3d antenna(coordinate(random), coordinate(random), 2),
           s = direction(azimuth(random), elevation(random));
-      const auto expected = reference.trace(antenna, s), paths = world.trace(turn * antenna, turn * s);
+      const auto expected = reference.trace(antenna, s),
+                 paths = world.trace(rotation * antenna, rotation * s);
       ASSERT_EQ(paths.size(), expected.size());
       for (std::size_t k = 0; k < paths.size(); ++k) {
         EXPECT_NEAR(paths[k].excess_m, expected[k].excess_m, 1e-9);
         EXPECT_NEAR(paths[k].nu, expected[k].nu, 1e-6);
-        EXPECT_NEAR((paths[k].point - turn * expected[k].point).norm(), 0, 1e-9);
+        EXPECT_NEAR((paths[k].point - rotation * expected[k].point).norm(), 0, 1e-9);
         ++found;
       }
     }

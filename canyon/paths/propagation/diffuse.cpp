@@ -191,8 +191,8 @@ struct DiffuseScattering::Impl {
     const double golden = kPi * (3 - std::sqrt(5.0));
     for (int i = 0; i < o.rays; ++i) {
       const double z = low + (1 - low) * (i + 0.5) / o.rays, across = std::sqrt(1 - z * z);
-      const double turn = std::fmod(i * golden, 2 * kPi);
-      sphere.emplace_back(across * std::cos(turn), across * std::sin(turn), z);
+      const double rotation = std::fmod(i * golden, 2 * kPi);
+      sphere.emplace_back(across * std::cos(rotation), across * std::sin(rotation), z);
       sphere.back().normalize();
     }
     scattered = o.scattering_coefficient * o.scattering_coefficient;

@@ -56,7 +56,7 @@ void FirstOrderSearch::find(const raytrace::RayScene& scene, const PosedFacets& 
   facing.fill(near, here, limits.clearance_m);
   if (facing.facet.empty()) return;
   for (std::size_t i = 0; i < directions.size(); ++i) {
-    const Vector3d towards = pose.turned_back(directions[i]);
+    const Vector3d towards = pose.rotated_to_local(directions[i]);
     mark_reflecting(facing, towards, limits.min_cosine, limits.reach_m, marks_);
     for_each_mark(marks_.data(), marks_.size(), [&](std::size_t k) {
       // Again in doubles, with the facet's true outline.
@@ -74,7 +74,7 @@ void FirstOrderSearch::find(const raytrace::RayScene& scene, const PosedFacets& 
       Found& f = found_.emplace_back();
       f.satellite = static_cast<std::uint32_t>(i);
       f.cosine = cosine;
-      f.normal = pose.turned(facet.normal);
+      f.normal = pose.rotated(facet.normal);
       f.path.kind = PathKind::Reflected;
       f.path.order = 1;
       f.path.excess_m = 2 * height * cosine;

@@ -71,8 +71,8 @@ double SatellitePaths::tracked_excess_m() const {
   return shortest_m.value_or(0);
 }
 
-double plane_turn_rad(const Eigen::Vector3d& direction, const Eigen::Vector3d& first_normal,
-                      const Eigen::Vector3d& second_normal) {
+double plane_rotation_rad(const Eigen::Vector3d& direction, const Eigen::Vector3d& first_normal,
+                          const Eigen::Vector3d& second_normal) {
   const Eigen::Vector3d s1 = direction.cross(first_normal), s2 = direction.cross(second_normal);
   // Closer to the normal than this the plane of incidence is rounding noise.
   constexpr double kUndefined = 1e-9;

@@ -28,7 +28,7 @@ struct Incidence {
   double incidence_rad = 0;  ///< between ray and normal, [0, pi/2]
   city::Material material = city::Material::Unknown;
   std::optional<double> thickness_m;  ///< of the slab; empty: the material's default
-  double plane_turn_rad =
+  double plane_rotation_rad =
       0;  ///< rotation of the plane of incidence since the last reflection; 0 for the first
   /// Fraction [0, 1] of the smooth surface's amplitude that continues in the mirror direction: sqrt(1 - S^2)
   /// of a wall that scatters with the coefficient S (DiffuseOptions), by the energy balance of the effective
@@ -58,8 +58,8 @@ struct PathGeometry {
 /// @param direction of propagation between the two, unit
 /// @param first_normal, second_normal unit normals of the surfaces, to the side that reflects
 /// 0 if a plane of incidence is undefined (normal incidence).
-[[nodiscard]] double plane_turn_rad(const Eigen::Vector3d& direction, const Eigen::Vector3d& first_normal,
-                                    const Eigen::Vector3d& second_normal);
+[[nodiscard]] double plane_rotation_rad(const Eigen::Vector3d& direction, const Eigen::Vector3d& first_normal,
+                                        const Eigen::Vector3d& second_normal);
 
 enum class PathKind : std::uint8_t {
   Direct,
@@ -250,12 +250,12 @@ struct SatelliteView {
   std::optional<double> shown_elevation_rad{};
   /// Phase offset of the carrier at 1575.42 MHz, but not of the code, on all paths [rad], and its rate; those
   /// of other carriers scale with the inverse of their frequency, as in phase scintillation.
-  double carrier_turn_rad = 0, carrier_turn_radps = 0;
+  double carrier_phase_offset_rad = 0, carrier_phase_rate_radps = 0;
   /// Range errors of the signals in space; empty: none except those of broadcast orbits, clocks and models.
   std::optional<errors::SpaceDelays> space{};
 
   /// Angular rate of the satellite's direction in Earth-fixed axes [rad/s].
-  [[nodiscard]] double turning_radps() const {
+  [[nodiscard]] double direction_rate_radps() const {
     return line.direction_ecef.cross(line.velocity_at_reception_mps).norm() / line.range_m;
   }
 };

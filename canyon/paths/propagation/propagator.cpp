@@ -264,7 +264,7 @@ struct Propagator::Impl {
     s.inside.clear();
     for (const PosedSet& set : s.sets) {
       if (set.prepared->foliage.empty()) continue;
-      set.prepared->foliage.append_inside(set.pose.moved_back(antenna), set.pose.turned_back(direction),
+      set.prepared->foliage.append_inside(set.pose.moved_back(antenna), set.pose.rotated_to_local(direction),
                                           s.inside);
     }
     return covered_length_m(s.inside);
@@ -350,8 +350,8 @@ struct Propagator::Impl {
       path.arrival_elevation_rad = elevation_rad(path.arrival);
       add_material(s, path.far_instance, path.far_triangle, path.incidences[0]);
       add_material(s, path.instance, path.triangle, path.incidences[1]);
-      path.incidences[1].plane_turn_rad =
-          plane_turn_rad((path.point - path.far_point).normalized(), found.far_normal, found.normal);
+      path.incidences[1].plane_rotation_rad =
+          plane_rotation_rad((path.point - path.far_point).normalized(), found.far_normal, found.normal);
       add_glint(path);
       if (traced != nullptr) traced->far.push_back({found.satellite, path, found.normal, found.far_normal});
     }
@@ -446,9 +446,9 @@ std::optional<Path> FarPath::seen_from(const Vector3d& antenna, const Vector3d& 
                                        const Vector3d& from_antenna, const Vector3d& from_direction) const {
   Path seen = path;
   const Vector3d step = antenna - from_antenna;
-  const double turned_m =
+  const double rotated_m =
       (direction - from_direction).dot(from_antenna - antenna_image(path, from_antenna, from_direction));
-  seen.excess_m = std::max(0.0, path.excess_m + turned_m + (direction - path.arrival).dot(step));
+  seen.excess_m = std::max(0.0, path.excess_m + rotated_m + (direction - path.arrival).dot(step));
   // The ray moves by `step`, and its mirror image by the step's image.
   seen.leg_m = path.leg_m - normal.dot(step) / normal.dot(path.arrival);
   if (!(seen.leg_m > 0)) return std::nullopt;
@@ -466,9 +466,9 @@ std::optional<DiffusePath> FarScatter::seen_from(const Vector3d& antenna, const 
   const double leg_m = step.norm(), old_leg_m = old_step.norm();
   if (!(leg_m > 0)) return std::nullopt;
   DiffusePath seen = path;
-  const double turned_m = (direction - from_direction).dot(old_leg_m * from_direction - old_step);
+  const double rotated_m = (direction - from_direction).dot(old_leg_m * from_direction - old_step);
   seen.excess_m =
-      std::max(0.0, path.excess_m + turned_m + direction.dot(antenna - from_antenna) + leg_m - old_leg_m);
+      std::max(0.0, path.excess_m + rotated_m + direction.dot(antenna - from_antenna) + leg_m - old_leg_m);
   seen.arrival = step / leg_m;
   return seen;
 }
@@ -515,10 +515,10 @@ bool Propagator::retrace(const Vector3d& antenna, std::span<const Vector3d> dire
   for (std::size_t i = 0; i < directions.size(); ++i)
     if ((directions[i] - traced.directions[i]).squaredNorm() > kSameSatellite * kSameSatellite) return false;
   const auto is_stationary = [](const raytrace::PosedInstance& a, const raytrace::PosedInstance& b) {
-    constexpr double kMoved_m = 0.01, kTurned = 2e-3;
+    constexpr double kMoved_m = 0.01, kRotated = 2e-3;
     const Eigen::Isometry3d &from = a.enu_from_instance, &to = b.enu_from_instance;
     return a.id == b.id && (from.translation() - to.translation()).norm() < kMoved_m &&
-           (from.linear() - to.linear()).norm() < kTurned && a.bounds.isApprox(b.bounds);
+           (from.linear() - to.linear()).norm() < kRotated && a.bounds.isApprox(b.bounds);
   };
   const std::vector<raytrace::PosedInstance> now = impl_->instances_about(traced.antenna);
   if (!std::equal(now.begin(), now.end(), traced.instances.begin(), traced.instances.end(), is_stationary))

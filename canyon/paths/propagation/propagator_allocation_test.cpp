@@ -40,8 +40,8 @@ TEST(Propagator, AllocatesNothingInTheSteadyState) {
     std::vector<SatellitePaths> result(sky.size());
     std::size_t paths = 0;
     const auto drive = [&] {
-      for (double turn = -200; turn < 200; turn += 1) {  // there and back
-        propagator.trace({std::abs(turn) - 100, 0.3, 2}, sky, result);
+      for (double rotation = -200; rotation < 200; rotation += 1) {  // there and back
+        propagator.trace({std::abs(rotation) - 100, 0.3, 2}, sky, result);
         for (const SatellitePaths& satellite : result) paths += satellite.paths.size();
       }
     };

@@ -111,7 +111,7 @@ void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<co
     near.height = facet.normal.dot(here) - facet.offset;
     if (near.height <= limits.clearance_m + 2 * facet.deviation) continue;
     const Vector3d apex = here - 2 * near.height * facet.normal;
-    near.normal = set.pose.turned(facet.normal);
+    near.normal = set.pose.rotated(facet.normal);
     std::size_t first_set = 0;
     if (near_set == 0 && near_pairs_ != nullptr) {
       near.beam.apex = apex;
@@ -123,9 +123,9 @@ void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<co
     }
     near.beam = make_beam(facet, apex, near.height, limits.reach_m);
     near.beam.apex = set.pose.moved(near.beam.apex);
-    near.beam.axis = set.pose.turned(near.beam.axis);
+    near.beam.axis = set.pose.rotated(near.beam.axis);
     near.beam.window = near.normal;
-    for (Vector3d& side : near.beam.side) side = set.pose.turned(side);
+    for (Vector3d& side : near.beam.side) side = set.pose.rotated(side);
     if (near_set != 0) near.beam.low_z = -1, near.beam.high_z = 1;
     for (std::size_t i = first_set; i < sets.size(); ++i)
       if (around_[i].in_reach) find_far(scene, near, sets, i, directions, limits);
@@ -142,9 +142,9 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
   if (!pose.is_own() && !meets(near.beam, around.centre, set.beams->radius() + 1e-3)) return;
   Beam beam = near.beam;
   beam.apex = pose.moved_back(beam.apex);
-  beam.axis = pose.turned_back(beam.axis);
-  beam.window = pose.turned_back(beam.window);
-  for (Vector3d& side : beam.side) side = pose.turned_back(side);
+  beam.axis = pose.rotated_to_local(beam.axis);
+  beam.window = pose.rotated_to_local(beam.window);
+  for (Vector3d& side : beam.side) side = pose.rotated_to_local(side);
   set.beams->find(beam, around.blocks, bins_, pose.get(), matches_);
   reflect(scene, near, set, matches_, directions, limits);
 }
@@ -167,7 +167,7 @@ void SecondOrderSearch::reflect(const raytrace::RayScene& scene, const Near& nea
       const auto satellite = static_cast<std::size_t>(DirectionBins::kGroup) * match.group +
                              static_cast<std::size_t>(__builtin_ctzll(bits));
       const Vector3d& s = directions[satellite];
-      const Vector3d towards = pose.turned_back(s);
+      const Vector3d towards = pose.rotated_to_local(s);
       // First the test that most pairs fail.
       const double far_cosine = facet.normal.dot(towards);
       if (far_cosine < limits.min_cosine) continue;
@@ -176,7 +176,7 @@ void SecondOrderSearch::reflect(const raytrace::RayScene& scene, const Near& nea
       const Vector3d between = towards - 2 * far_cosine * facet.normal;  // the class comment's s'
       const Vector3d far_there = apex + total * between;
       if (!within_bounds(facet, far_there)) continue;
-      const Vector3d onward = pose.turned(between);
+      const Vector3d onward = pose.rotated(between);
       const double cosine = near.normal.dot(onward);
       if (cosine < limits.min_cosine) continue;
       const double leg = near.height / cosine;
@@ -196,7 +196,7 @@ void SecondOrderSearch::reflect(const raytrace::RayScene& scene, const Near& nea
       f.cosine = cosine;
       f.far_cosine = far_cosine;
       f.normal = near.normal;
-      f.far_normal = pose.turned(facet.normal);
+      f.far_normal = pose.rotated(facet.normal);
       f.path.kind = PathKind::Reflected;
       f.path.order = 2;
       f.path.excess_m = 2 * near.height * near.normal.dot(s) + 2 * height * far_cosine;
@@ -249,7 +249,7 @@ void SecondOrderSearch::sort_and_drop_doubles(const Vector3d& antenna) {
   // and by small angles turn_B and turn_A: the image in B moves by 2 kCoincidentPoint and 2 turn_B leg, s'
   // rotates by 2 turn_A, and each motion of the ray moves the point in its plane by 1 / cos(incidence) of it.
   const auto same = [&](const Found& a, const Found& b) {
-    const double turn = (a.normal - b.normal).norm(), far_turn = (a.far_normal - b.far_normal).norm();
+    const double rotation = (a.normal - b.normal).norm(), far_rotation = (a.far_normal - b.far_normal).norm();
     if (a.normal.dot(b.normal) <= kSameNormal || a.far_normal.dot(b.far_normal) <= kSameNormal) return false;
     const double leg = (a.path.point - antenna).norm();
     const double total = leg + (a.path.far_point - a.path.point).norm();
@@ -257,9 +257,10 @@ void SecondOrderSearch::sort_and_drop_doubles(const Vector3d& antenna) {
       return apart.squaredNorm() < along * along && std::abs(apart.dot(normal)) < kCoincidentPoint;
     };
     const double cosine = std::min(a.cosine, b.cosine), far_cosine = std::min(a.far_cosine, b.far_cosine);
-    return close(a.path.point - b.path.point, a.normal, (kCoincidentPoint + 2 * far_turn * leg) / cosine) &&
+    return close(a.path.point - b.path.point, a.normal,
+                 (kCoincidentPoint + 2 * far_rotation * leg) / cosine) &&
            close(a.path.far_point - b.path.far_point, a.far_normal,
-                 (3 * kCoincidentPoint + 2 * turn * leg + 2 * far_turn * total) / far_cosine);
+                 (3 * kCoincidentPoint + 2 * rotation * leg + 2 * far_rotation * total) / far_cosine);
   };
   drop_doubles(found_, 4 * kCoincidentPoint, same);
 }

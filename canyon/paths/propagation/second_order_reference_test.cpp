@@ -140,10 +140,10 @@ Mesh random_city(unsigned seed, int boxes) {
     const std::size_t first = mesh.vertices.size();
     canyon::test::append_box(mesh, "box", city::Surface::Building, city::Material::Glass, corner,
                              corner + extent, yaw(random));
-    const Eigen::AngleAxisd turn(i % 3 == 0 ? tilt(random) : 0.0, Vector3d(0.6, 0.8, 0));
+    const Eigen::AngleAxisd rotation(i % 3 == 0 ? tilt(random) : 0.0, Vector3d(0.6, 0.8, 0));
     const Vector3d middle = corner + 0.5 * extent;
     for (std::size_t v = first; v < mesh.vertices.size(); ++v) {
-      mesh.vertices[v] = middle + turn * (mesh.vertices[v] - middle);
+      mesh.vertices[v] = middle + rotation * (mesh.vertices[v] - middle);
     }
   }
   return mesh;

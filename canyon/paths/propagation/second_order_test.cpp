@@ -409,15 +409,15 @@ TEST(SecondOrder, IsReciprocal) {
 TEST(SecondOrder, TheImageGivesTheRateOfTheExcess) {
   const World world(street());
   const Vector3d antenna(0, 0, 2), velocity(3, -2, 0.5);
-  const Vector3d s = direction(200, 45), turning = 1e-4 * s.cross(Vector3d(0.3, 0.5, 0.8)).eval();
+  const Vector3d s = direction(200, 45), rotation_rate = 1e-4 * s.cross(Vector3d(0.3, 0.5, 0.8)).eval();
   const auto excess = [&](double t) {
     const std::vector<Path> paths =
-        doubles(world.trace(antenna + t * velocity, (s + t * turning).normalized()));
+        doubles(world.trace(antenna + t * velocity, (s + t * rotation_rate).normalized()));
     return paths.at(0).excess_m;
   };
   const Path path = doubles(world.trace(antenna, s)).at(0);
   const double rate =
-      turning.dot(antenna - antenna_image(path, antenna, s)) + (s - path.arrival).dot(velocity);
+      rotation_rate.dot(antenna - antenna_image(path, antenna, s)) + (s - path.arrival).dot(velocity);
   EXPECT_NEAR((excess(0.01) - excess(-0.01)) / 0.02, rate, 1e-7);
   EXPECT_GT(std::abs(rate), 1e-4);
 }
@@ -463,9 +463,9 @@ TEST(SecondOrder, TurnsAndMovesWithTheWorld) {
   Isometry3d pose = Isometry3d::Identity();
   pose.translate(Vector3d(310, -470, 25));
   pose.rotate(AngleAxisd(0.7, Vector3d(0.2, -0.4, 0.9).normalized()));
-  Mesh turned = mesh;
-  for (Vector3d& vertex : turned.vertices) vertex = pose * vertex;
-  const World here(mesh), there(turned);
+  Mesh rotated = mesh;
+  for (Vector3d& vertex : rotated.vertices) vertex = pose * vertex;
+  const World here(mesh), there(rotated);
   const Sample many = sample(here.scene, 60, 62);
   int paths = 0;
   for (const Vector3d& antenna : many.positions) {

@@ -20,12 +20,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-std::vector<Vector3d> sky(double turned_rad) {
+std::vector<Vector3d> sky(double rotated_rad) {
   constexpr int kDirections = 70;  // two groups of DirectionBins
   std::vector<Vector3d> result;
   result.reserve(kDirections);
   for (int i = 0; i < kDirections; ++i)
-    result.push_back(geodesy::enu_from_azimuth_elevation(0.7 * i + turned_rad, 0.1 + 0.02 * i));
+    result.push_back(geodesy::enu_from_azimuth_elevation(0.7 * i + rotated_rad, 0.1 + 0.02 * i));
   return result;
 }
 
@@ -86,9 +86,9 @@ TEST(Stay, AntennasBesideMirrorsOfEveryTiltKeepTheirPaths) {
     canyon::test::append_box(mesh, "box", city::Surface::Building, city::Material::Glass, -half, half, 0);
     const Vector3d axis = Vector3d(coordinate(random), coordinate(random), coordinate(random)).normalized();
     const Vector3d middle(coordinate(random), coordinate(random), 8 + size(random));
-    const Eigen::AngleAxisd turn(angle(random), axis);
+    const Eigen::AngleAxisd rotation(angle(random), axis);
     for (std::size_t v = begin; v < mesh.vertices.size(); ++v)
-      mesh.vertices[v] = turn * mesh.vertices[v] + middle;
+      mesh.vertices[v] = rotation * mesh.vertices[v] + middle;
   }
   ASSERT_GT(mesh.vertices.size(), first);
   const Counts counts = drive(mesh, {-30, 1, 2}, {0.35, 0.05, 0.02}, 150);

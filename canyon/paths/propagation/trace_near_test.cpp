@@ -18,13 +18,13 @@ bool is_near(const Path& path) {
   return path.kind != PathKind::Diffuse && path.order < 2;
 }
 
-/// Up to 84 deg of elevation, in a spiral. @param turned_rad increment of azimuths, decrement of elevations
-std::vector<Eigen::Vector3d> thirty_directions(double turned_rad = 0) {
+/// Up to 84 deg of elevation, in a spiral. @param rotated_rad increment of azimuths, decrement of elevations
+std::vector<Eigen::Vector3d> thirty_directions(double rotated_rad = 0) {
   std::vector<Eigen::Vector3d> directions;
   directions.reserve(30);
   for (int i = 0; i < 30; ++i) {
     directions.push_back(
-        geodesy::enu_from_azimuth_elevation(0.7 * i + turned_rad, 0.1 + 0.047 * i - turned_rad));
+        geodesy::enu_from_azimuth_elevation(0.7 * i + rotated_rad, 0.1 + 0.047 * i - rotated_rad));
   }
   return directions;
 }
@@ -103,7 +103,7 @@ TEST(Propagator, FarPathsGoAlong) {
     for (const auto& directions : {sky, later}) {
       propagator.trace(there, directions, expected);
       ASSERT_TRUE(propagator.retrace(there, directions, traced, got));
-      const bool turned = directions != sky;
+      const bool rotated = directions != sky;
       for (std::size_t i = 0; i < sky.size(); ++i) {
         const auto searched = by_reflector(expected[i], PathKind::Reflected, 2);
         twice += searched.size();
@@ -112,9 +112,9 @@ TEST(Propagator, FarPathsGoAlong) {
           if (found == searched.end()) continue;
           ++found_twice;
           const Path& right = found->second;
-          EXPECT_NEAR(path.excess_m, right.excess_m, turned ? 2e-4 : 1e-9);
-          EXPECT_NEAR((path.arrival - right.arrival).norm(), 0, turned ? 3e-4 : 1e-12);
-          if (turned) continue;
+          EXPECT_NEAR(path.excess_m, right.excess_m, rotated ? 2e-4 : 1e-9);
+          EXPECT_NEAR((path.arrival - right.arrival).norm(), 0, rotated ? 3e-4 : 1e-12);
+          if (rotated) continue;
           EXPECT_NEAR((path.point - right.point).norm(), 0, 1e-6);
           EXPECT_NEAR((path.far_point - right.far_point).norm(), 0, 1e-6);
           EXPECT_NEAR(path.leg_m, right.leg_m, 1e-6);

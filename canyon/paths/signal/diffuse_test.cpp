@@ -221,8 +221,8 @@ TEST(DiffuseScattering, PatchScattersItsShareOfTheIncidentPower) {
   std::array<double, 2> scattered = {0, 0};
   constexpr int kPositions = 2000;
   for (int k = 0; k < kPositions; ++k) {
-    const double y = -(k + 0.5) / kPositions, across = std::sqrt(1 - y * y), turn = k * 2.399963229728653;
-    const Vector3d point = radius * Vector3d(across * std::cos(turn), y, across * std::sin(turn));
+    const double y = -(k + 0.5) / kPositions, across = std::sqrt(1 - y * y), rotation = k * 2.399963229728653;
+    const Vector3d point = radius * Vector3d(across * std::cos(rotation), y, across * std::sin(rotation));
     world.scattering.trace(point, sky, wanted, paths);
     for (std::size_t i = 0; i < 2; ++i)
       scattered[i] += total_power(paths[i]) * radius * radius * 2 * kPi / kPositions;
@@ -249,8 +249,8 @@ TEST(DiffuseScattering, ShadowedPatchesGiveNothing) {
   // averages out.
   double found = 0, expected = 0, found_m = 0, expected_m = 0, unshadowed = 0;
   int satellites = 0;
-  for (double turn = 0; turn < 30; turn += 1.3, ++satellites) {
-    const Vector3d s = direction(165 + turn / 2, 35 + turn / 2);
+  for (double rotation = 0; rotation < 30; rotation += 1.3, ++satellites) {
+    const Vector3d s = direction(165 + rotation / 2, 35 + rotation / 2);
     const auto height_over_deck = [&](const Vector3d& point) -> Vector3d {
       return point + s * ((30 - point.z()) / s.z());
     };
@@ -733,8 +733,8 @@ struct Walk {
     constexpr int kWalks = 400'000;
     double power = 0, power_excess = 0;
     for (int k = 0; k < kWalks; ++k) {
-      const double z = 2 * uniform() - 1, turn = 2 * kPi * uniform(), across = std::sqrt(1 - z * z);
-      Vector3d towards(across * std::cos(turn), across * std::sin(turn), z), at = antenna;
+      const double z = 2 * uniform() - 1, rotation = 2 * kPi * uniform(), across = std::sqrt(1 - z * z);
+      Vector3d towards(across * std::cos(rotation), across * std::sin(rotation), z), at = antenna;
       double carried = 4 * kPi / kWalks, travelled_m = 0;
       bool was_scattered = false;
       for (int bounce = 0; bounce < bounces; ++bounce) {

@@ -178,7 +178,7 @@ TEST(Circular, ChainOfTwoPlanesAgreesWithFieldsInThreeDimensions) {
   const Complex es = s2.cast<Complex>().dot(field), ep = p2.cast<Complex>().dot(field);
 
   CircularWave wave = reflect({}, circular(r1));
-  wave = reflect(wave, circular(r2), propagation::plane_turn_rad(k1, n1, n2));
+  wave = reflect(wave, circular(r2), propagation::plane_rotation_rad(k1, n1, n2));
   expect_near(wave.rhcp, (es + kJ * ep) / std::sqrt(2.0), 1e-14);
   expect_near(wave.lhcp, (es - kJ * ep) / std::sqrt(2.0), 1e-14);
 }
@@ -187,9 +187,9 @@ TEST(Circular, TurnOfThePlaneHasASign) {
   const Eigen::Vector3d up(0, 0, 1);
   // s = k x n: y for n along -x, and (cos, sin) of 90 + 30 deg for n rotated by 30 deg
   const Eigen::Vector3d a(1, 0, 0), b(std::cos(radians(30)), std::sin(radians(30)), 0);
-  EXPECT_NEAR(propagation::plane_turn_rad(up, a, b), radians(30), 1e-15);
-  EXPECT_NEAR(propagation::plane_turn_rad(up, b, a), -radians(30), 1e-15);
-  EXPECT_EQ(propagation::plane_turn_rad(up, up, b), 0);
+  EXPECT_NEAR(propagation::plane_rotation_rad(up, a, b), radians(30), 1e-15);
+  EXPECT_NEAR(propagation::plane_rotation_rad(up, b, a), -radians(30), 1e-15);
+  EXPECT_EQ(propagation::plane_rotation_rad(up, up, b), 0);
 }
 
 TEST(Fresnel, RefusesWhatIsNoAngleOrMedium) {

@@ -67,8 +67,8 @@ double amplitude_of_db(double db) {
 }
 
 /// e^(-2 pi j turns)
-Complex phasor(double turns) {
-  return std::polar(1.0, -2 * geodesy::kPi * (turns - std::trunc(turns)));
+Complex phasor(double cycles) {
+  return std::polar(1.0, -2 * geodesy::kPi * (cycles - std::trunc(cycles)));
 }
 
 void check_excess(double excess_m) {
@@ -105,10 +105,10 @@ CircularWave arriving_wave(const propagation::PathGeometry& path, double frequen
   CircularWave wave;
   for (int i = 0; i < path.incidence_count; ++i) {
     const propagation::Incidence& incidence = path.incidences[static_cast<std::size_t>(i)];
-    wave =
-        reflect(wave, reflection_of(incidence, frequency_hz, wavelength, options), incidence.plane_turn_rad);
+    wave = reflect(wave, reflection_of(incidence, frequency_hz, wavelength, options),
+                   incidence.plane_rotation_rad);
   }
-  double turns = path.excess_m / wavelength;
+  double cycles = path.excess_m / wavelength;
   Complex factor = 1;
   if (path.edge_nu) {
     if (!std::isfinite(*path.edge_nu))
@@ -116,9 +116,9 @@ CircularWave arriving_wave(const propagation::PathGeometry& path, double frequen
     factor = propagation::edge_wave(*path.edge_nu) *
              amplitude_of_db(-propagation::rounded_edge_loss_db(path.edge_radius_m, path.edge_leg_m,
                                                                 path.edge_bending_rad, wavelength));
-    turns -= *path.edge_nu * *path.edge_nu / 4;
+    cycles -= *path.edge_nu * *path.edge_nu / 4;
   }
-  factor *= phasor(turns);
+  factor *= phasor(cycles);
   if (path.foliage_depth_m != 0)
     factor *= amplitude_of_db(-foliage_loss_db(FoliageModel::Woodland, path.foliage_depth_m, frequency_hz,
                                                path.arrival_elevation_rad));

@@ -13,7 +13,7 @@ propagation::PathGeometry geometry(int reflections, bool edge) {
   path.incidences[0].incidence_rad = 0.7;
   path.incidences[1].incidence_rad = 1.1;
   path.incidences[1].material = city::Material::Glass;
-  path.incidences[1].plane_turn_rad = 0.3;
+  path.incidences[1].plane_rotation_rad = 0.3;
   path.excess_m = 20;
   path.arrival_elevation_rad = 0.4;
   if (edge) path.edge_nu = propagation::signed_knife_edge_nu(20, wavelength_m(1575.42e6), true);

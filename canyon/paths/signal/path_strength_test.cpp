@@ -60,7 +60,7 @@ TEST(PathStrength, MetalMirrorIsHeardThroughTheCrossPolarPattern) {
 TEST(PathStrength, TwoMetalMirrorsRestoreTheHand) {
   propagation::PathGeometry path = reflected(30, Material::Metal, 0, 40);
   path.incidences[1] = path.incidences[0];
-  path.incidences[1].plane_turn_rad = 0.7;
+  path.incidences[1].plane_rotation_rad = 0.7;
   path.incidence_count = 2;
   EXPECT_NEAR(std::abs(path_amplitude(path, radians(40), kL1, isotropic_antenna())), 1, 2e-3);
 }

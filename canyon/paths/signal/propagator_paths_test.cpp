@@ -106,7 +106,7 @@ TEST(PathGeometry, OfOneReflection) {
   EXPECT_EQ(path.incidence_count, 1);
   EXPECT_NEAR(path.incidences[0].incidence_rad, std::acos(cosine), 1e-12);
   EXPECT_EQ(path.incidences[0].material, Material::Brick);
-  EXPECT_EQ(path.incidences[0].plane_turn_rad, 0);
+  EXPECT_EQ(path.incidences[0].plane_rotation_rad, 0);
   EXPECT_EQ(path.incidences[0].specular_factor, 1);
   EXPECT_FALSE(path.incidences[0].thickness_m);
   EXPECT_NEAR(path.excess_m, 30 * cosine, 1e-9);
@@ -131,9 +131,9 @@ TEST(PathGeometry, OfTwoReflectionsIsInTheOrderFromTheSatellite) {
     const double incidence = std::acos(std::cos(radians(45)) * std::cos(radians(20)));
     EXPECT_NEAR(path.incidences[0].incidence_rad, incidence, 1e-9);
     EXPECT_NEAR(path.incidences[1].incidence_rad, incidence, 1e-9);
-    EXPECT_EQ(path.incidences[0].plane_turn_rad, 0);
+    EXPECT_EQ(path.incidences[0].plane_rotation_rad, 0);
     // Opposite normals: the s axes are opposite.
-    EXPECT_NEAR(std::abs(path.incidences[1].plane_turn_rad), geodesy::kPi, 1e-6);
+    EXPECT_NEAR(std::abs(path.incidences[1].plane_rotation_rad), geodesy::kPi, 1e-6);
   }
   EXPECT_TRUE(seen);
 }
@@ -158,8 +158,8 @@ TEST(PathGeometry, PlaneTurnsBetweenGroundAndWall) {
   const Vector3d first = ground_first ? up : south, second = ground_first ? south : up;
   const Vector3d k = -s + 2 * s.dot(first) * first;  // the wave after the first
   const Vector3d a = k.cross(first).normalized(), b = k.cross(second).normalized();
-  EXPECT_NEAR(geometry.incidences[1].plane_turn_rad, std::atan2(k.dot(a.cross(b)), a.dot(b)), 1e-9);
-  EXPECT_GT(std::abs(geometry.incidences[1].plane_turn_rad), 0.3);
+  EXPECT_NEAR(geometry.incidences[1].plane_rotation_rad, std::atan2(k.dot(a.cross(b)), a.dot(b)), 1e-9);
+  EXPECT_GT(std::abs(geometry.incidences[1].plane_rotation_rad), 0.3);
 }
 
 TEST(PathGeometry, OfInstances) {
@@ -360,27 +360,28 @@ TEST(DiffractedPaths, FieldIsContinuousAtTheShadowBoundary) {
 TEST(DiffractedPaths, HaveTheImageAndTheReflectorOfTheirEdge) {
   const World world(house(), edges_only());
   const Vector3d antenna(0, 0, 2), velocity(3, -2, 0.5);
-  const Vector3d s = direction(25, 12), turning = 1e-4 * (Vector3d::UnitZ() - s.z() * s).eval();
+  const Vector3d s = direction(25, 12), angular_rate = 1e-4 * (Vector3d::UnitZ() - s.z() * s).eval();
   const auto at = [&](double t) {
-    return of_kind(world.trace(antenna + t * velocity, (s + t * turning).normalized()),
+    return of_kind(world.trace(antenna + t * velocity, (s + t * angular_rate).normalized()),
                    propagation::PathKind::Diffracted)
         .at(0);
   };
   const propagation::Path path = at(0);
   const Vector3d image = antenna_image(path, antenna, s);
   EXPECT_NEAR(s.dot(antenna - image), path.excess_m, 1e-9);
-  const double rate = turning.dot(antenna - image) + (s - path.arrival).dot(velocity);
+  const double rate = angular_rate.dot(antenna - image) + (s - path.arrival).dot(velocity);
   EXPECT_NEAR((at(0.01).excess_m - at(-0.01).excess_m) / 0.02, rate, 1e-6);
   EXPECT_GT(std::abs(rate), 0.05);
   // The satellite's part separately.
   const auto resting = [&](double t) {
-    return of_kind(world.trace(antenna, (s + t * turning).normalized()), propagation::PathKind::Diffracted)
+    return of_kind(world.trace(antenna, (s + t * angular_rate).normalized()),
+                   propagation::PathKind::Diffracted)
         .at(0)
         .excess_m;
   };
-  const double turn_rate = turning.dot(antenna - image);
-  EXPECT_NEAR((resting(1) - resting(-1)) / 2, turn_rate, 1e-7);
-  EXPECT_GT(std::abs(turn_rate), 1e-4);
+  const double rotation_rate = angular_rate.dot(antenna - image);
+  EXPECT_NEAR((resting(1) - resting(-1)) / 2, rotation_rate, 1e-7);
+  EXPECT_GT(std::abs(rotation_rate), 1e-4);
   EXPECT_EQ(at(2).reflector, path.reflector);
   EXPECT_NE(at(2).point, path.point);
 }
@@ -433,17 +434,17 @@ TEST(DiffusePaths, HaveTheImageOfTheirPoint) {
   options.scattering.bounces = 1;
   const World world(street(), options);
   const Vector3d antenna(3, -10, 2), s = direction(170, 30), velocity(4, 1, 0.2);
-  const Vector3d turning = 1e-4 * s.cross(Vector3d(0.3, 0.5, 0.8)).eval();
+  const Vector3d rotation_rate = 1e-4 * s.cross(Vector3d(0.3, 0.5, 0.8)).eval();
   const propagation::SatellitePaths satellite = world.trace(antenna, s);
   ASSERT_FALSE(satellite.paths.empty());
   for (const propagation::Path& path : satellite.paths) {
     const auto detour = [&](double t) {
       const Vector3d leg = path.point - (antenna + t * velocity);
-      return leg.norm() - (s + t * turning).normalized().dot(leg);
+      return leg.norm() - (s + t * rotation_rate).normalized().dot(leg);
     };
     const Vector3d image = antenna_image(path, antenna, s);
     EXPECT_NEAR(s.dot(antenna - image), detour(0), 1e-9);
-    EXPECT_NEAR(turning.dot(antenna - image) + (s - path.arrival).dot(velocity),
+    EXPECT_NEAR(rotation_rate.dot(antenna - image) + (s - path.arrival).dot(velocity),
                 (detour(0.01) - detour(-0.01)) / 0.02, 1e-5);
     EXPECT_NEAR(detour(0), path.excess_m, 10) << "the width of a class";
   }

@@ -155,9 +155,10 @@ CircularReflection circular(const LinearReflection& linear) {
   return {(linear.perpendicular + linear.parallel) / 2.0, (linear.perpendicular - linear.parallel) / 2.0};
 }
 
-CircularWave reflect(const CircularWave& wave, const CircularReflection& reflection, double plane_turn_rad) {
-  const Complex r = wave.rhcp * std::polar(1.0, -plane_turn_rad);
-  const Complex l = wave.lhcp * std::polar(1.0, plane_turn_rad);
+CircularWave reflect(const CircularWave& wave, const CircularReflection& reflection,
+                     double plane_rotation_rad) {
+  const Complex r = wave.rhcp * std::polar(1.0, -plane_rotation_rad);
+  const Complex l = wave.lhcp * std::polar(1.0, plane_rotation_rad);
   return {reflection.co * r + reflection.cross * l, reflection.cross * r + reflection.co * l};
 }
 

@@ -95,10 +95,10 @@ struct CircularWave {
   std::complex<double> lhcp = 0;
 };
 
-/// `wave` after a reflection. `plane_turn_rad`: rotation from the s axis of the previous reflection to the s
-/// axis of this one about the ray between them (plane_turn_rad()); 0 for the first. A rotation by phi is
-/// e^(-j phi) on RHCP and e^(+j phi) on LHCP.
+/// `wave` after a reflection. `plane_rotation_rad`: rotation from the s axis of the previous reflection to
+/// the s axis of this one about the ray between them (plane_rotation_rad()); 0 for the first. A rotation by
+/// phi is e^(-j phi) on RHCP and e^(+j phi) on LHCP.
 [[nodiscard]] CircularWave reflect(const CircularWave& wave, const CircularReflection& reflection,
-                                   double plane_turn_rad = 0);
+                                   double plane_rotation_rad = 0);
 
 }  // namespace canyon::signal

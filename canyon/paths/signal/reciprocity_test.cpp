@@ -55,7 +55,8 @@ std::optional<FoundPath> path(const Vector3d& source, const Wall& first, const W
   result.geometry.incidences[0].material = first.material;
   result.geometry.incidences[1].incidence_rad = std::acos(cos_b);
   result.geometry.incidences[1].material = second.material;
-  result.geometry.incidences[1].plane_turn_rad = propagation::plane_turn_rad(k1, first.normal, second.normal);
+  result.geometry.incidences[1].plane_rotation_rad =
+      propagation::plane_rotation_rad(k1, first.normal, second.normal);
   result.geometry.excess_m = result.length_m - (receiver - source).norm();
   return result;
 }
@@ -63,13 +64,13 @@ std::optional<FoundPath> path(const Vector3d& source, const Wall& first, const W
 TEST(Reciprocity, OfTwoWalls) {
   constexpr double kL1 = 1575.42e6;
   std::mt19937_64 random(11);
-  std::uniform_real_distribution<double> along(-60, 60), across(-14, 14), height(0, 40), turn(-0.6, 0.6);
-  int paths = 0, turned = 0;
+  std::uniform_real_distribution<double> along(-60, 60), across(-14, 14), height(0, 40), rotation(-0.6, 0.6);
+  int paths = 0, rotated = 0;
   for (int i = 0; i < 500; ++i) {
     // Parallel walls every second time, else rotated and tilted.
     const bool parallel = i % 2 == 0;
-    const Eigen::AngleAxisd yaw(parallel ? 0 : turn(random), Vector3d::UnitZ()),
-        lean(parallel ? 0 : turn(random) / 4, Vector3d::UnitX());
+    const Eigen::AngleAxisd yaw(parallel ? 0 : rotation(random), Vector3d::UnitZ()),
+        lean(parallel ? 0 : rotation(random) / 4, Vector3d::UnitX());
     const Wall north{-Vector3d::UnitY(), -15, Material::Brick};
     const Wall south{yaw * lean * Vector3d::UnitY(), -40, Material::Glass};
     const Vector3d a(along(random), across(random), height(random)),
@@ -78,7 +79,7 @@ TEST(Reciprocity, OfTwoWalls) {
     ASSERT_EQ(there.has_value(), back.has_value());
     if (!there) continue;
     ++paths;
-    turned += std::abs(std::sin(there->geometry.incidences[1].plane_turn_rad)) > 0.05 ? 1 : 0;
+    rotated += std::abs(std::sin(there->geometry.incidences[1].plane_rotation_rad)) > 0.05 ? 1 : 0;
     EXPECT_NEAR(there->length_m, back->length_m, 1e-9);
     if (parallel) {
       // Closed form: two walls D apart move the image 2 D along the normal.
@@ -92,7 +93,7 @@ TEST(Reciprocity, OfTwoWalls) {
     EXPECT_GT(std::abs(forth.rhcp), 1e-4);
   }
   EXPECT_GT(paths, 300);
-  EXPECT_GT(turned, 50);
+  EXPECT_GT(rotated, 50);
 }
 
 }  // namespace

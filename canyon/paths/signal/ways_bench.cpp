@@ -72,9 +72,9 @@ int main(int argc, char** argv) {
   for (std::size_t p = 0; p < bench.positions.size(); p += 10) {
     const Vector3d& antenna = bench.positions[p];
     for (int i = 0; i < kRays; ++i) {
-      const double z = 2 * uniform(random) - 1, turn = 2 * kPi * uniform(random),
+      const double z = 2 * uniform(random) - 1, rotation = 2 * kPi * uniform(random),
                    across = std::sqrt(1 - z * z);
-      Vector3d towards(across * std::cos(turn), across * std::sin(turn), z), from = antenna;
+      Vector3d towards(across * std::cos(rotation), across * std::sin(rotation), z), from = antenna;
       double carried = 1;
       std::string routes;
       while (true) {

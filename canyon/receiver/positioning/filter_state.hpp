@@ -138,8 +138,8 @@ struct FilterEpoch {
   std::vector<RangedSatellite> satellites;
   std::vector<bool> passed;           ///< one per satellite
   std::vector<Candidate> candidates;  ///< in the order of processing of pseudoranges
-  std::vector<Taken> taken, taken_if_turned;
-  FilterState turned;
+  std::vector<Taken> taken, accepted_if_rotated;
+  FilterState rotated;
   std::vector<double> innovations;
 };
 

@@ -66,13 +66,13 @@ Dopplers take_dopplers(const FilterState& filter, const FilterEpoch& epoch, doub
 /// If most Dopplers contradict the predicted velocity and agree on another one, they are right: the vehicle
 /// turned or braked unexpectedly.
 void take_motion(const FilterState& filter, FilterEpoch& epoch, Update& update) {
-  FilterState& turned = epoch.turned = filter;
-  Update other(turned, epoch.taken_if_turned, update);
+  FilterState& rotated = epoch.rotated = filter;
+  Update other(rotated, epoch.accepted_if_rotated, update);
   const Dopplers expected = take_dopplers(filter, epoch, kGateSigmas, update);
   if (2 * expected.taken >= expected.considered) return;
-  turned.p.block<3, 3>(kVelocity, kVelocity) += unknown_velocity(turned.position());
-  turned.reported_covariance.block<3, 3>(kVelocity, kVelocity) += unknown_velocity(turned.position());
-  const Dopplers agreed = take_dopplers(turned, epoch, kGateSigmas, other);
+  rotated.p.block<3, 3>(kVelocity, kVelocity) += unknown_velocity(rotated.position());
+  rotated.reported_covariance.block<3, 3>(kVelocity, kVelocity) += unknown_velocity(rotated.position());
+  const Dopplers agreed = take_dopplers(rotated, epoch, kGateSigmas, other);
   // Any four determine a velocity and a drift.
   if (agreed.taken > 4 && 2 * agreed.taken > agreed.considered) update.adopt(other);
 }

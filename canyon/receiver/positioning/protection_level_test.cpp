@@ -11,9 +11,9 @@ namespace {
 // is 4 m, and the level 6 times that.
 TEST(ProtectionLevel, IsTheLargerHalfAxisTimesTheFactor) {
   const Eigen::Matrix3d ellipse = Eigen::Vector3d(16, 4, 900).asDiagonal();
-  for (const double turn : {0.0, 0.3, 1.2, 2.5}) {
-    const Eigen::Matrix3d turned = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    EXPECT_NEAR(horizontal_protection_level_m(turned * ellipse * turned.transpose(), 6), 24, 1e-12);
+  for (const double rotation : {0.0, 0.3, 1.2, 2.5}) {
+    const Eigen::Matrix3d rotated = Eigen::AngleAxisd(rotation, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    EXPECT_NEAR(horizontal_protection_level_m(rotated * ellipse * rotated.transpose(), 6), 24, 1e-12);
   }
   EXPECT_NEAR(horizontal_protection_level_m(9 * Eigen::Matrix3d::Identity(), 6.18), 3 * 6.18, 1e-12);
 }

@@ -22,7 +22,7 @@ CodeAndCarrier both(double value) {
 }
 
 /// A phase rotation is given at L1, and scales on other carriers like a delay: metres per radian.
-double metres_per_turned_rad(double carrier_hz) {
+double metres_per_rad(double carrier_hz) {
   const double cycles_per_rad = gnss::kL1_hz / carrier_hz / (2 * geodesy::kPi);
   return cycles_per_rad * kSpeedOfLight / carrier_hz;
 }
@@ -135,12 +135,12 @@ std::vector<RangeTerm>& range_term_table() {
        }},
       {"turn of the carrier", Of::Channel,
        [](S s) {
-         return CodeAndCarrier{0, s.view->carrier_turn_rad * metres_per_turned_rad(s.carrier_hz)};
+         return CodeAndCarrier{0, s.view->carrier_phase_offset_rad * metres_per_rad(s.carrier_hz)};
        },
        nullptr,
        [](S s) {  // rate per second of the receiver's clock
          return CodeAndCarrier{
-             0, s.view->carrier_turn_radps * metres_per_turned_rad(s.carrier_hz) * (1 + s.clock.drift)};
+             0, s.view->carrier_phase_rate_radps * metres_per_rad(s.carrier_hz) * (1 + s.clock.drift)};
        }},
   };
   return table;
@@ -165,7 +165,7 @@ void add_range_term(const RangeTerm& term) {
 }
 
 void remove_range_term() {
-  constexpr std::size_t kOwn = static_cast<std::size_t>(RangeTermId::CarrierTurn) + 1;
+  constexpr std::size_t kOwn = static_cast<std::size_t>(RangeTermId::CarrierPhaseOffset) + 1;
   if (range_term_table().size() > kOwn) range_term_table().pop_back();
 }
 

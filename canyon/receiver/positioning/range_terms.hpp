@@ -127,7 +127,7 @@ enum class RangeTermId : std::uint8_t {
   Bias,
   Multipath,
   Noise,
-  CarrierTurn
+  CarrierPhaseOffset
 };
 
 inline constexpr std::size_t kMostRangeTerms = 16;

@@ -25,7 +25,7 @@ TEST(RangeTerms, NumbersAreThePlacesInTheTable) {
                                                      {Id::Bias, "bias"},
                                                      {Id::Multipath, "multipath"},
                                                      {Id::Noise, "noise"},
-                                                     {Id::CarrierTurn, "turn of the carrier"}};
+                                                     {Id::CarrierPhaseOffset, "turn of the carrier"}};
   ASSERT_EQ(range_terms().size(), std::size(kNames));
   ASSERT_LE(range_terms().size(), kMostRangeTerms);
   for (const auto& [id, name] : kNames) EXPECT_EQ(range_terms()[static_cast<std::size_t>(id)].name, name);

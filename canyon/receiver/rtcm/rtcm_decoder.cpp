@@ -335,9 +335,9 @@ void CorrectionsDecoder::add(const Observation& o) {
   const bool goes_on =
       !begins && arc.code == o.code && passed_ms > 0 && o.lock.least_ms >= arc.least_ms && long_enough;
   double ahead_cycles = (*o.phase_range_m - o.range_m) / wavelength_m;
-  if (o.turns && goes_on) {
-    constexpr double kTurn_cycles = 1500;
-    ahead_cycles += kTurn_cycles * std::round((arc.ahead_cycles - ahead_cycles) / kTurn_cycles);
+  if (o.rotations && goes_on) {
+    constexpr double kRollover_cycles = 1500;
+    ahead_cycles += kRollover_cycles * std::round((arc.ahead_cycles - ahead_cycles) / kRollover_cycles);
   }
   if (begins) arc.since = now - o.lock.least_ms * 1e-3;
   if (!begins && !goes_on) arc.since = now;

@@ -131,7 +131,7 @@ class CorrectionsDecoder {
     double range_m = 0;
     std::optional<double> phase_range_m, rate_mps, cn0_dbhz;
     /// 1004, 1012: phase_range_m jumps by 1,500 cycles when it is too far from the range.
-    bool turns = false;
+    bool rotations = false;
     LockTime lock;
     bool half_cycle = false;
     double unit_m = 0;  ///< the ranges are modulo this; 0: they are complete

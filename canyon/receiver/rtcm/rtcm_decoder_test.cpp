@@ -515,9 +515,10 @@ Bits legacy(System system, GpsTime time, const std::map<gnss::SatelliteId, std::
     const double range_m = static_cast<double>(whole) * unit_m + 0.02 * static_cast<double>(rest);
     // DF012: jumps by 1,500 cycles if the phase is too far.
     const auto phase = [&](const Cell& cell, double carrier_hz) {
-      const double turn_m = 1500 * geodesy::kSpeedOfLight / carrier_hz;
+      const double rollover_m = 1500 * geodesy::kSpeedOfLight / carrier_hz;
       const double ahead_m = *cell.phase_m - range_m;
-      return cell.phase_m ? field(ahead_m - turn_m * std::round(ahead_m / turn_m), 0.0005, 20) : none(20);
+      return cell.phase_m ? field(ahead_m - rollover_m * std::round(ahead_m / rollover_m), 0.0005, 20)
+                          : none(20);
     };
     const auto carrier_hz = [&](std::size_t k) {
       return glonass ? (k == 0 ? 1602e6 + one.extended * 0.5625e6 - 7 * 0.5625e6

@@ -28,8 +28,8 @@ double wrapped(double angle_rad) {
 SignalPath bundle(double delay_m, std::complex<double> amplitude, std::complex<double> factor,
                   std::complex<double> s_per_s, double loop_bandwidth_hz, double integration_s) {
   const BundleShare share = bundle_share(s_per_s, loop_bandwidth_hz, integration_s);
-  const double turn = geodesy::kPi * share.frequency_hz * integration_s;
-  const double sinc = turn > 1e-8 ? std::sin(turn) / turn : 1;
+  const double rotation = geodesy::kPi * share.frequency_hz * integration_s;
+  const double sinc = rotation > 1e-8 ? std::sin(rotation) / rotation : 1;
   const double present = std::norm(factor);
   const double power = share.power(present);
   SignalPath path;
@@ -272,7 +272,7 @@ void Channel::fade_paths(const ChannelModel::Kind& kind, const ChannelModel& mod
                          double carrier_hz) {
   const std::vector<Path>& paths = view.paths.paths;
   const double wavelength = geodesy::kSpeedOfLight / carrier_hz;
-  const double turning = view.turning_radps();
+  const double rotation_rate = view.direction_rate_radps();
   const double elapsed = motion.epoch_before ? motion.time - *motion.epoch_before : 0;
   const double coherence_m = kCoherenceWavelengths * wavelength;
   const double loop_bandwidth_hz = kind.tracker->options().loop_bandwidth_hz * bandwidth_share_;
@@ -291,7 +291,7 @@ void Channel::fade_paths(const ChannelModel::Kind& kind, const ChannelModel& mod
       continue;
     }
     // The satellite's motion changes a cluster's detours like an antenna motion of excess times its angle.
-    const double swept = path.excess_m * turning;
+    const double swept = path.excess_m * rotation_rate;
     const std::complex<double> factor =
         fades_.rayleigh(path.reflector, (motion.step_m + swept * elapsed) / coherence_m);
     const std::complex<double> s((motion.velocity_ecef.norm() + swept) / coherence_m,
@@ -317,23 +317,23 @@ std::optional<TrackedPhase> Channel::follow_phase(const AntennaMotion& motion, c
                                                   std::complex<double> prompt, double wavelength_m) {
   const geodesy::GpsTime lock_since = *lock_.tracking_since();
   const double excess_m = path.carrier_excess_m();
-  const double turned = wrapped(std::arg(prompt) + 2 * geodesy::kPi * excess_m / wavelength_m);
+  const double rotated = wrapped(std::arg(prompt) + 2 * geodesy::kPi * excess_m / wavelength_m);
   if (phase_ && phase_->kind == path.kind && phase_->reflector == path.reflector &&
       phase_->lock_since == lock_since) {
-    phase_->turned_rad += wrapped(turned - phase_->turned_rad);
+    phase_->rotated_rad += wrapped(rotated - phase_->rotated_rad);
   } else {
     Phase fresh;
     fresh.kind = path.kind;
     fresh.reflector = path.reflector;
     fresh.lock_since = lock_since;
-    fresh.turned_rad = turned;
+    fresh.rotated_rad = rotated;
     fresh.tracked.ambiguity = std::floor((2 * ambiguity_.uniform() - 1) * kAmbiguities);
     // The lock's instant if it is new, else this epoch is the first with the phase.
     fresh.tracked.since =
         motion.epoch_before && lock_since <= *motion.epoch_before ? motion.time : lock_since;
     phase_ = fresh;
   }
-  phase_->tracked.excess_m = excess_m - phase_->turned_rad / (2 * geodesy::kPi) * wavelength_m;
+  phase_->tracked.excess_m = excess_m - phase_->rotated_rad / (2 * geodesy::kPi) * wavelength_m;
   return phase_->tracked;
 }
 

@@ -167,7 +167,7 @@ class Channel {
     propagation::PathKind kind = propagation::PathKind::Direct;
     std::uint64_t reflector = 0;
     geodesy::GpsTime lock_since;
-    double turned_rad = 0;  // argument of the prompt correlator minus the tracked path's detour, unwrapped
+    double rotated_rad = 0;  // argument of the prompt correlator minus the tracked path's detour, unwrapped
     TrackedPhase tracked;
   };
   [[nodiscard]] bool jumped(const AntennaMotion& motion, const orbit::LineOfSight& line, double chip_m);

@@ -109,14 +109,15 @@ double path_rate_mps(const orbit::LineOfSight& line, const Eigen::Vector3d& ante
     const Eigen::Vector3d arrival = ecef_from_enu * path.arrival;
     rate -= (arrival + ecef_from_enu * path.glint).dot(antenna_velocity_ecef);
     const Eigen::Vector3d relative = satellite - antenna_velocity_ecef;
-    const Eigen::Vector3d turning = (relative - e * e.dot(relative)) / line.range_m;
+    const Eigen::Vector3d rotation_rate = (relative - e * e.dot(relative)) / line.range_m;
     const Eigen::Vector3d normal = e - arrival;
     const double squared = normal.squaredNorm();
     if (path.order == 2) {
       const Eigen::Vector3d between = path.point - path.far_point;
-      rate += turning.dot(ecef_from_enu * between - path.leg_m * arrival + (path.leg_m + between.norm()) * e);
+      rate += rotation_rate.dot(ecef_from_enu * between - path.leg_m * arrival +
+                                (path.leg_m + between.norm()) * e);
     } else if (squared > 1e-8) {  // at grazing incidence e and a agree and the excess is zero
-      rate += 2 * path.excess_m * normal.dot(turning) / squared;
+      rate += 2 * path.excess_m * normal.dot(rotation_rate) / squared;
     }
   }
   const Eigen::Vector3d omega(0, 0, geodesy::kEarthRotationRate);

@@ -297,8 +297,8 @@ struct CodeTracker::Loop {
   std::span<const SignalPath> paths;
   double dt_s = 0;
   PerPath<Averaged> now;
-  PerPath<std::complex<double>> turns;  ///< phase rotation per step
-  bool changing = false;                ///< from step to step
+  PerPath<std::complex<double>> rotations;  ///< phase rotation per step
+  bool changing = false;                    ///< from step to step
 
   /// At the first of the steps ending `simulated_s` later with `at_end`: averaged over T, longer steps by
   /// powers.
@@ -308,13 +308,13 @@ struct CodeTracker::Loop {
         paths(all),
         dt_s(step_s),
         now(at_end.begin(), at_end.end()),
-        turns(all.size(), boost::container::default_init) {
+        rotations(all.size(), boost::container::default_init) {
     const double integration_s = of.options_.integration_s;
     for (std::size_t i = 0; i < paths.size(); ++i) {
       const SignalPath& path = paths[i];
       changing = changing || path.drift_mps != 0 || (path.fading_hz != 0 && !path.diffuse);
       Averaged& averaged = now[i];
-      turns[i] = {1, 0};
+      rotations[i] = {1, 0};
       averaged.delay_chips -= path.drift_mps * (simulated_s - dt_s / 2) / of.correlation_.chip_m();
       if (path.diffuse) continue;
       const double kept = sinc(geodesy::kPi * path.fading_hz * integration_s);
@@ -322,13 +322,13 @@ struct CodeTracker::Loop {
       const double angle = -2 * geodesy::kPi * path.fading_hz;
       averaged.coherent = path.amplitude * over_step * std::polar(1.0, angle * (simulated_s - dt_s / 2));
       averaged.incoherent = std::norm(path.amplitude) * std::max(0.0, kept * kept - over_step * over_step);
-      turns[i] = std::polar(1.0, -angle * dt_s);
+      rotations[i] = std::polar(1.0, -angle * dt_s);
     }
   }
 
   void go_on() {
     for (std::size_t i = 0; i < paths.size(); ++i) {
-      now[i].coherent *= turns[i];
+      now[i].coherent *= rotations[i];
       now[i].delay_chips += paths[i].drift_mps * dt_s / tracker.correlation_.chip_m();
     }
   }

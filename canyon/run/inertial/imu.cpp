@@ -19,7 +19,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 /// The rotation vector of a small rotation.
-Vector3d turn_of(const Matrix3d& rotation) {
+Vector3d rotation_vector_of(const Matrix3d& rotation) {
   // Half of the antisymmetric part is the axis times the sine of the angle.
   const Vector3d sine = 0.5 * Vector3d(rotation(2, 1) - rotation(1, 2), rotation(0, 2) - rotation(2, 0),
                                        rotation(1, 0) - rotation(0, 1));
@@ -42,11 +42,11 @@ const BodyState& IdealImu::body(std::int64_t index) {
   return kept->second;
 }
 
-const Vector3d& IdealImu::turn(std::int64_t index) {
-  auto& kept = turns_.at(static_cast<std::size_t>((index + kKept) % kKept));
+const Vector3d& IdealImu::rotation_vector(std::int64_t index) {
+  auto& kept = rotations_.at(static_cast<std::size_t>((index + kKept) % kKept));
   if (!kept || kept->first != index) {
     const Matrix3d& now = body(index).ecef_from_body;
-    kept = {index, turn_of(now.transpose() * body(index + 1).ecef_from_body)};
+    kept = {index, rotation_vector_of(now.transpose() * body(index + 1).ecef_from_body)};
   }
   return kept->second;
 }
@@ -73,8 +73,11 @@ ImuState IdealImu::at(std::int64_t index) {
     return this->body(index + off).ecef_from_body;
   };
   // Rotations from the current attitude, in the body's axes; those to neighbours are along their own axes.
-  const auto far = [&](std::int64_t off) { return turn_of(body.ecef_from_body.transpose() * attitude(off)); };
-  const Vector3d rate = (far(-2) + 8 * turn(index - 1) + 8 * turn(index) - far(2)) / (12 * step_s_);
+  const auto far = [&](std::int64_t off) {
+    return rotation_vector_of(body.ecef_from_body.transpose() * attitude(off));
+  };
+  const Vector3d rate =
+      (far(-2) + 8 * rotation_vector(index - 1) + 8 * rotation_vector(index) - far(2)) / (12 * step_s_);
 
   ImuState state;
   state.sensor.ecef_from_body = body.ecef_from_body * body_from_sensor_;
@@ -109,16 +112,16 @@ ImuInput IdealImu::mean(std::int64_t from, std::int64_t to) {
     sum.angular_rate_radps += weight * (state.sensor.ecef_from_body.transpose() * earth);
   }
   // Rotations between attitudes of the body, minus the effect of a moving axis (coning).
-  Vector3d turned = Vector3d::Zero(), before = turn(from - 1), now = turn(from);
+  Vector3d rotated = Vector3d::Zero(), before = rotation_vector(from - 1), now = rotation_vector(from);
   for (std::int64_t i = from; i < to; ++i) {
-    const Vector3d after = turn(i + 1);
-    turned += now - now.cross(after - before) / 24;
+    const Vector3d after = rotation_vector(i + 1);
+    rotated += now - now.cross(after - before) / 24;
     before = now;
     now = after;
   }
   const auto steps = static_cast<double>(to - from);
   return {sum.specific_force_mps2 / (3 * steps),
-          sum.angular_rate_radps / (3 * steps) + body_from_sensor_.transpose() * turned / (steps * step_s_)};
+          sum.angular_rate_radps / (3 * steps) + body_from_sensor_.transpose() * rotated / (steps * step_s_)};
 }
 
 namespace {
@@ -148,9 +151,9 @@ Vibrations::Vibrations(const std::vector<VibrationOptions>& lines, RandomStream&
 ImuInput Vibrations::mean(double time_s, double dt_s, RandomStream& random) {
   ImuInput sum;
   for (Line& line : lines_) {
-    const double half_turn = kPi * line.frequency_hz * dt_s;
-    const std::complex<double> middle =
-        std::polar(std::sin(half_turn) / half_turn, 2 * kPi * line.frequency_hz * (time_s - dt_s / 2));
+    const double half_rotation = kPi * line.frequency_hz * dt_s;
+    const std::complex<double> middle = std::polar(std::sin(half_rotation) / half_rotation,
+                                                   2 * kPi * line.frequency_hz * (time_s - dt_s / 2));
     const double keep = std::exp(-line.decay_per_s * dt_s), drive = std::sqrt(1 - keep * keep);
     for (std::size_t i = 0; i < line.phasors.size(); ++i) {
       std::complex<double>& phasor = line.phasors[i];

@@ -52,7 +52,7 @@ class IdealImu {
  private:
   [[nodiscard]] const BodyState& body(std::int64_t index);
   /// The rotation vector from body(index) to body(index + 1), in the axes of either.
-  [[nodiscard]] const Eigen::Vector3d& turn(std::int64_t index);
+  [[nodiscard]] const Eigen::Vector3d& rotation_vector(std::int64_t index);
 
   /// Normal gravity at a position on the path, by its gradient within a metre of the last computed position.
   [[nodiscard]] Eigen::Vector3d gravity(const Eigen::Vector3d& lever_arm_m);
@@ -67,7 +67,7 @@ class IdealImu {
   // Latest requested states, by index modulo kKept.
   std::array<std::optional<std::pair<std::int64_t, BodyState>>, kKept> bodies_;
   std::array<std::optional<std::pair<std::int64_t, ImuState>>, kKept> states_;
-  std::array<std::optional<std::pair<std::int64_t, Eigen::Vector3d>>, kKept> turns_;
+  std::array<std::optional<std::pair<std::int64_t, Eigen::Vector3d>>, kKept> rotations_;
 };
 
 /// Vibrations of an inertial sensor. Samples are means over an interval. A frequency f above half the sample

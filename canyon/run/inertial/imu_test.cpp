@@ -62,13 +62,13 @@ TEST(IdealImu, FeelsItsArm) {
 TEST(IdealImu, TurnsIntoTheSensorsAxes) {
   ImuOptions options;
   options.orientation.yaw_deg = 90;
-  ImuInput turned = IdealImu(options, turntable(0), 0.002).at(0).input;
+  ImuInput rotated = IdealImu(options, turntable(0), 0.002).at(0).input;
   const double earth_north = geodesy::kEarthRotationRate * std::cos(kPosition.latitude_rad);
-  EXPECT_NEAR(turned.angular_rate_radps.x(), earth_north, 1e-12);
+  EXPECT_NEAR(rotated.angular_rate_radps.x(), earth_north, 1e-12);
   options.axes = ImuAxes::Frd;
-  turned = IdealImu(options, turntable(0), 0.002).at(0).input;
-  EXPECT_NEAR(turned.angular_rate_radps.x(), earth_north, 1e-12);
-  EXPECT_LT(turned.specific_force_mps2.z(), -9.7);
+  rotated = IdealImu(options, turntable(0), 0.002).at(0).input;
+  EXPECT_NEAR(rotated.angular_rate_radps.x(), earth_north, 1e-12);
+  EXPECT_LT(rotated.specific_force_mps2.z(), -9.7);
   // Nose up: gravity's reaction has a component along the nose.
   ImuOptions nose_up;
   nose_up.orientation.pitch_deg = 30;

@@ -62,19 +62,20 @@ RigidPose motion_between(const RigidPose& from, const RigidPose& to, double seco
   const Vector3d direction = to.position_m - from.position_m;
   if (!(direction.norm() <= kTeleport_mps * seconds)) return motion;
   motion.linear_velocity = direction / seconds;
-  Quaterniond turn = to.attitude * from.attitude.inverse();
-  if (turn.w() < 0) turn.coeffs() *= -1;  // the same rotation, by the smaller angle
-  const double sine = turn.vec().norm();
-  if (sine > 0) motion.angular_velocity = turn.vec() * (2 * std::atan2(sine, turn.w()) / sine / seconds);
+  Quaterniond rotation = to.attitude * from.attitude.inverse();
+  if (rotation.w() < 0) rotation.coeffs() *= -1;  // the same rotation, by the smaller angle
+  const double sine = rotation.vec().norm();
+  if (sine > 0)
+    motion.angular_velocity = rotation.vec() * (2 * std::atan2(sine, rotation.w()) / sine / seconds);
   return motion;
 }
 
 RigidPose moved_on(const RigidPose& body, double seconds) {
   RigidPose moved = body;
   moved.position_m += body.linear_velocity * seconds;
-  const double turn_rad = body.angular_velocity.norm() * seconds;
-  if (turn_rad != 0)
-    moved.attitude = Eigen::AngleAxisd(turn_rad, body.angular_velocity.normalized()) * body.attitude;
+  const double rotation_rad = body.angular_velocity.norm() * seconds;
+  if (rotation_rad != 0)
+    moved.attitude = Eigen::AngleAxisd(rotation_rad, body.angular_velocity.normalized()) * body.attitude;
   return moved;
 }
 
@@ -104,11 +105,11 @@ Pose pose_of(const RigidPose& body, const WorldFrame& world, geodesy::GpsTime ti
   // East, north and up at the body's position.
   const Eigen::Matrix3d enu_from_world =
       geodesy::enu_from_ecef_rotation(pose.position) * world.enu.ecef_from_local_rotation() * city_from_world;
-  const Eigen::Matrix3d turn = enu_from_world * body.attitude.toRotationMatrix();
+  const Eigen::Matrix3d rotation = enu_from_world * body.attitude.toRotationMatrix();
   pose.velocity_enu_mps = enu_from_world * (body.linear_velocity + body.angular_velocity.cross(arm));
-  pose.yaw_rad = std::atan2(turn(1, 0), turn(0, 0));
-  pose.pitch_rad = std::asin(std::clamp(turn(2, 0), -1.0, 1.0));
-  pose.roll_rad = std::atan2(turn(2, 1), turn(2, 2));
+  pose.yaw_rad = std::atan2(rotation(1, 0), rotation(0, 0));
+  pose.pitch_rad = std::asin(std::clamp(rotation(2, 0), -1.0, 1.0));
+  pose.roll_rad = std::atan2(rotation(2, 1), rotation(2, 2));
   pose.yaw_rate_radps = (enu_from_world * body.angular_velocity).z();
   return pose;
 }

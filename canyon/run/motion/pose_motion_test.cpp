@@ -45,9 +45,9 @@ TEST(MotionBetween, IsTheStraightWayAndTheShorterTurn) {
 
 TEST(MotionBetween, IsNoneOverTeleports) {
   const RigidPose from;
-  const Quaterniond turned(AngleAxisd(0.1, Vector3d::UnitZ()));
-  expect_near(motion_between(from, {{99.9, 0, 0}, turned}, 0.1).linear_velocity, {999, 0, 0}, 1e-9);
-  const RigidPose jump = motion_between(from, {{100.1, 0, 0}, turned}, 0.1);
+  const Quaterniond rotated(AngleAxisd(0.1, Vector3d::UnitZ()));
+  expect_near(motion_between(from, {{99.9, 0, 0}, rotated}, 0.1).linear_velocity, {999, 0, 0}, 1e-9);
+  const RigidPose jump = motion_between(from, {{100.1, 0, 0}, rotated}, 0.1);
   EXPECT_EQ(jump.linear_velocity, Vector3d::Zero());
   EXPECT_EQ(jump.angular_velocity, Vector3d::Zero());
   EXPECT_EQ(jump.position_m.x(), 100.1);

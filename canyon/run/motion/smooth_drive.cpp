@@ -16,7 +16,7 @@ using geodesy::Geodetic;
 using geodesy::GpsTime;
 
 constexpr double kShareOfLeg = 0.45;
-constexpr double kTurnBack_rad = 170.0 / 180 * geodesy::kPi;
+constexpr double kReversal_rad = 170.0 / 180 * geodesy::kPi;
 constexpr std::size_t kMostPoints = 10'000'000;
 constexpr double kLevel = 1e-3;         // directions with a smaller horizontal part have no heading
 constexpr double kOnTheSpot_radps = 1;  // rotation rate at rest
@@ -55,7 +55,7 @@ struct Corner {
   bool rest = false;
   double speed_mps = 0;            // constant on the arc; an upper bound until set_speeds() has run
   double cut_m = 0, radius_m = 0;  // on each leg, of the arc; 0: straight on
-  double turn_rad = 0;
+  double rotation_rad = 0;
   Vector3d inward = Vector3d::Zero();  // towards the arc's centre, unit
 };
 
@@ -110,8 +110,8 @@ struct Ride {
   [[nodiscard]] MotionKnot at(double t) const {
     const Piece& first = pieces.front();
     if (t < first.begin_s) {
-      const double turned = std::max(0.0, t / first.begin_s);
-      return {first.from, begin_yaw_rad + turned * (first.begin_yaw_rad - begin_yaw_rad)};
+      const double rotated = std::max(0.0, t / first.begin_s);
+      return {first.from, begin_yaw_rad + rotated * (first.begin_yaw_rad - begin_yaw_rad)};
     }
     const auto after = std::upper_bound(pieces.begin(), pieces.end(), t,
                                         [](double s, const Piece& piece) { return s < piece.begin_s; });
@@ -128,12 +128,12 @@ std::vector<Corner> make_corners(const std::vector<Stop>& stops, double accelera
     Corner& corner = corners[i];
     const Vector3d leg = stops[i].at - stops[i - 1].at, next = stops[i + 1].at - stops[i].at;
     const Vector3d along = leg.normalized(), away = next.normalized();
-    corner.turn_rad = std::atan2(along.cross(away).norm(), along.dot(away));
-    corner.rest = stops[i].hold_s > 0 || corner.turn_rad > kTurnBack_rad;
+    corner.rotation_rad = std::atan2(along.cross(away).norm(), along.dot(away));
+    corner.rest = stops[i].hold_s > 0 || corner.rotation_rad > kReversal_rad;
     if (corner.rest) continue;
     corner.speed_mps = std::min(stops[i].speed_mps, stops[i + 1].speed_mps);
-    if (corner.turn_rad < 1e-9) continue;
-    const double half = std::tan(corner.turn_rad / 2);
+    if (corner.rotation_rad < 1e-9) continue;
+    const double half = std::tan(corner.rotation_rad / 2);
     corner.cut_m = std::min(corner.speed_mps * corner.speed_mps / acceleration * half,
                             kShareOfLeg * std::min(leg.norm(), next.norm()));
     corner.radius_m = corner.cut_m / half;
@@ -189,7 +189,7 @@ std::vector<Ride> make_rides(const std::vector<Stop>& stops, double acceleration
     pieces.push_back(line);
     if (corner.radius_m > 0) {
       Piece arc{stops[i].at - corner.cut_m * along, along, corner.inward, corner.radius_m};
-      arc.length_m = corner.radius_m * corner.turn_rad;
+      arc.length_m = corner.radius_m * corner.rotation_rad;
       arc.begin_mps = arc.top_mps = arc.end_mps = corner.speed_mps;
       arc.begin_s = rides.back().duration_s();
       arc.begin_yaw_rad = yaw;

@@ -142,9 +142,11 @@ TEST(SmoothDrive, HoldsAreReached) {
   }
   EXPECT_NEAR(drive.at(kStart + is_stationary).yaw_rad, 0, 1e-6);
   // A quarter turn at 1 rad/s; then 100 m at 5 m/s: 2.5 s and 6.25 m twice, 87.5 m between.
-  const double turn_s = geodesy::kPi / 2;
-  EXPECT_NEAR(drive.at(kStart + (is_stationary + 20 + kReach + turn_s + 3)).yaw_rad, geodesy::kPi / 2, 1e-4);
-  EXPECT_NEAR(drive.end() - drive.begin(), is_stationary + 20 + turn_s + 2 * kReach + 2 * 2.5 + 17.5, 1e-3);
+  const double rotation_s = geodesy::kPi / 2;
+  EXPECT_NEAR(drive.at(kStart + (is_stationary + 20 + kReach + rotation_s + 3)).yaw_rad, geodesy::kPi / 2,
+              1e-4);
+  EXPECT_NEAR(drive.end() - drive.begin(), is_stationary + 20 + rotation_s + 2 * kReach + 2 * 2.5 + 17.5,
+              1e-3);
   const Trajectory back =
       Trajectory::from_waypoints(kStart, {Waypoint{at(0, 0)}, Waypoint{at(100, 0)}, Waypoint{at(0, 0)}}, 2);
   EXPECT_NEAR(back.end() - back.begin(), 30 + 4 * kReach + geodesy::kPi, 1e-3);
@@ -199,16 +201,16 @@ TEST(SmoothDrive, LongLegsStayLevel) {
 // Coordinated turn: tan(bank) = v w / g; to the left, the left side goes down.
 TEST(Attitude, BanksInTurns) {
   const Trajectory drive = corner();
-  const GpsTime turning = kStart + 0.5 * (drive.end() - drive.begin());
+  const GpsTime rotation_rate = kStart + 0.5 * (drive.end() - drive.begin());
   const double bank = std::atan(2 / kGravity);
   for (const Attitude attitude : {Attitude::Aircraft, Attitude::Multirotor}) {
-    const Pose pose = drive.with_attitude(attitude).at(turning);
+    const Pose pose = drive.with_attitude(attitude).at(rotation_rate);
     EXPECT_NEAR(pose.roll_rad, -bank, 0.01);
     EXPECT_NEAR(pose.pitch_rad, 0, 0.01);
     // The top leans into the bend, to the left of north-east.
     EXPECT_NEAR(pose.up_enu().dot(Eigen::Vector3d(-1, 1, 0).normalized()), std::sin(bank), 0.01);
   }
-  EXPECT_EQ(drive.at(turning).roll_rad, 0);
+  EXPECT_EQ(drive.at(rotation_rate).roll_rad, 0);
   // A multirotor that accelerates eastwards leans there: nose down.
   const Pose start = drive.with_attitude(Attitude::Multirotor).at(kStart + (2.0 + kReach));
   EXPECT_NEAR(start.pitch_rad, -bank, 0.01);

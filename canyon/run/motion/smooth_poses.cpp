@@ -118,15 +118,15 @@ SmoothPoses::Derivatives SmoothPoses::derivatives_at(double t_s) const {
   }
   const double since_s = t_s - static_cast<double>(from) * step_s_;
   const UniformSpline::Point position = UniformSpline(std::move(points), step_s_).at(since_s);
-  const UniformSpline::Point turn = UniformSpline(std::move(attitudes), step_s_).at(since_s);
+  const UniformSpline::Point rotation = UniformSpline(std::move(attitudes), step_s_).at(since_s);
   Derivatives result;
   result.body.position_m = position.value.head<3>();
   result.body.linear_velocity = position.rate.head<3>();
   result.acceleration = position.acceleration.head<3>();
-  const double length = turn.value.norm();
-  const Eigen::Vector4d unit = turn.value / length;
+  const double length = rotation.value.norm();
+  const Eigen::Vector4d unit = rotation.value / length;
   Quaterniond rate;
-  rate.coeffs() = (turn.rate - unit * unit.dot(turn.rate)) / length;
+  rate.coeffs() = (rotation.rate - unit * unit.dot(rotation.rate)) / length;
   result.body.attitude.coeffs() = unit;
   result.body.angular_velocity = 2 * (rate * result.body.attitude.conjugate()).vec();
   return result;
@@ -138,9 +138,9 @@ RigidPose SmoothPoses::at(double t_s) const {
 
 EcefPose SmoothPoses::ecef_at(double t_s) const {
   const Derivatives motion = derivatives_at(t_s);
-  const Eigen::Matrix3d& turn = frame_.ecef_from_local_rotation();
-  return {frame_.ecef_from_local(motion.body.position_m), turn * motion.body.linear_velocity,
-          turn * motion.acceleration, turn * motion.body.attitude.toRotationMatrix()};
+  const Eigen::Matrix3d& rotation = frame_.ecef_from_local_rotation();
+  return {frame_.ecef_from_local(motion.body.position_m), rotation * motion.body.linear_velocity,
+          rotation * motion.acceleration, rotation * motion.body.attitude.toRotationMatrix()};
 }
 
 Pose SmoothPoses::pose_at(double t_s, geodesy::GpsTime time) const {

@@ -16,7 +16,7 @@ namespace canyon::samples::antennas_test {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kTurn = 2 * geodesy::kPi;
+constexpr double kTwoPi = 2 * geodesy::kPi;
 constexpr double kWavelength_m = geodesy::kSpeedOfLight / gnss::kL1_hz;
 constexpr double kApart_m = 0.1, kWall_m = 30;
 
@@ -127,17 +127,17 @@ std::vector<Direction> directions(int reflected) {
     direction.satellite = number;
     direction.elevation_deg = geodesy::degrees(line->elevation_rad);
     for (std::size_t i = 0; i < 2; ++i) {
-      const double metres_per_turn = kWavelength_m / kApart_m;
+      const double metres_per_cycle = kWavelength_m / kApart_m;
       const Eigen::Vector3d baseline = points[i + 1] - points[0];
       EXPECT_NEAR(baseline.norm(), kApart_m, 1e-6);
       direction.expected[i] = baseline.dot(arrival) / kApart_m;
       // Noise of variance 2: of the phase of a sum of power P 1 / P, and of two 2 / P.
-      direction.sigma[i] = std::sqrt(2 / power) / kTurn * metres_per_turn;
-      const double turns = std::arg(prompt[i + 1] * std::conj(prompt[0])) / kTurn;
+      direction.sigma[i] = std::sqrt(2 / power) / kTwoPi * metres_per_cycle;
+      const double cycles = std::arg(prompt[i + 1] * std::conj(prompt[0])) / kTwoPi;
       // 0.1 m are half a wavelength and a little more: beyond 0.95 the phase is ambiguous.
       direction.found[i] =
           direction.expected[i] +
-          std::remainder(turns - direction.expected[i] / metres_per_turn, 1) * metres_per_turn;
+          std::remainder(cycles - direction.expected[i] / metres_per_cycle, 1) * metres_per_cycle;
     }
   }
   return all;

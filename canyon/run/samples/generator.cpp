@@ -217,7 +217,7 @@ struct Generator::State {
     decimate(unfiltered_im.data() + at, taps, per_sample, samples, block.im.data());
     if (front_end.intermediate_hz == 0) return;
     const double begin_s = *first_s + static_cast<double>(first) / front_end.rate_hz;
-    turn(front_end.intermediate_hz * begin_s, front_end.intermediate_hz / front_end.rate_hz, block);
+    rotate_phase(front_end.intermediate_hz * begin_s, front_end.intermediate_hz / front_end.rate_hz, block);
   }
 
   /// From `sample` to `end`, in blocks of block_samples.

@@ -23,7 +23,7 @@ namespace {
 
 using geodesy::kSpeedOfLight;
 using propagation::PathKind;
-constexpr double kTurn = 2 * geodesy::kPi;
+constexpr double kTwoPi = 2 * geodesy::kPi;
 
 /// Keeps one satellite, with its direct path or with the one over a wall 30 m west of the origin.
 class OneWay final : public disturbance::Disturbance {
@@ -140,7 +140,7 @@ Found correlate(const Recorder& recorded, const FrontEnd& front_end, const simul
     const double cycles = *m.carrier_phase_cycles - *m.doppler_hz * t -
                           std::remainder(front_end.intermediate_hz * (t + reading_s), 1);
     const std::complex<double> carrier = value_of(recorded.values.at(static_cast<std::size_t>(n))) *
-                                         std::polar(1 / (2.0 * kHalf), kTurn * std::remainder(cycles, 1));
+                                         std::polar(1 / (2.0 * kHalf), kTwoPi * std::remainder(cycles, 1));
     const auto times_code = [&](double chips_ahead) {
       const auto slot = static_cast<std::int64_t>(std::floor(slot_at(n) + chips_ahead)) - base;
       return carrier * static_cast<double>(slots.re[static_cast<std::size_t>(slot)]);
@@ -177,7 +177,7 @@ void expect_as_measured(const Setting& setting, double truth_rate_hz, FrontEnd f
     }
     ++compared;
     const Found found = correlate(recorded, front_end, simulation, epoch);
-    EXPECT_NEAR(std::arg(found.prompt) / kTurn, 0, 2e-3) << into_s;
+    EXPECT_NEAR(std::arg(found.prompt) / kTwoPi, 0, 2e-3) << into_s;
     const double cn0_dbhz = *satellites[0].cn0_dbhz;
     if (front_end.bandwidth_hz > 0) {
       // The density of the noise is 2 over the filter's noise bandwidth; a fraction of the code's power is
@@ -382,7 +382,7 @@ TEST(Generator, JammersHaveTheirPowerWithinTheBand) {
     for (std::size_t n = lag; n < values.size(); ++n) {
       later += std::complex<double>(values[n]) * std::conj(std::complex<double>(values[n - lag]));
     }
-    const double x = kTurn / 2 * each.width_hz * 2 / front_end.rate_hz;
+    const double x = kTwoPi / 2 * each.width_hz * 2 / front_end.rate_hz;
     EXPECT_NEAR(std::abs(later) / (power * static_cast<double>(values.size())), flat ? std::sin(x) / x : 0,
                 0.02);
   }
@@ -421,7 +421,7 @@ TEST(Generator, WhatIsBeyondTheFiltersBandDoesNotFoldBack) {
     const std::vector<std::complex<float>> one = tone(0.3e6, front_end, 1), two = tone(0.3e6, front_end, 2);
     EXPECT_TRUE(one == two);
     if (real) continue;
-    const std::complex<float> step(std::polar(1.0, kTurn * 0.3 / 4));
+    const std::complex<float> step(std::polar(1.0, kTwoPi * 0.3 / 4));
     for (std::size_t n = kFilled; n < one.size(); ++n) {
       ASSERT_LT(std::abs(one[n] - one[n - 1] * step), 1e-3 * std::abs(one[n])) << n;
     }
@@ -448,8 +448,9 @@ TEST(Generator, FilteredNoiseHasDeviationOneAndItsBand) {
     for (std::size_t n = 0; n + kLength <= recorded.values.size(); n += 4 * kLength) {
       std::complex<double> found;
       for (std::size_t k = 0; k < kLength; ++k) {
-        found += std::complex<double>(recorded.values[n + k]) *
-                 std::polar(1.0, -kTurn * std::remainder(hz / front_end.rate_hz * static_cast<double>(k), 1));
+        found +=
+            std::complex<double>(recorded.values[n + k]) *
+            std::polar(1.0, -kTwoPi * std::remainder(hz / front_end.rate_hz * static_cast<double>(k), 1));
       }
       sum += std::norm(found) / (2.0 * kLength);
     }

@@ -22,7 +22,7 @@ constexpr double kRadians = 2 * geodesy::kPi;
 /// kLanes samples of a carrier, and the factor that rotates them to the next ones.
 struct Carrier {
   alignas(64) std::array<float, kLanes> re, im;
-  float turn_re, turn_im;
+  float rotation_re, rotation_im;
 
   Carrier(double cycles, double cycles_per_sample, double amplitude) {
     const std::complex<double> step = std::polar(1.0, kRadians * std::remainder(cycles_per_sample, 1));
@@ -33,9 +33,9 @@ struct Carrier {
       value *= step;
     }
     const double lanes = static_cast<double>(kLanes) * std::remainder(cycles_per_sample, 1);
-    const std::complex<double> turn = std::polar(1.0, kRadians * std::remainder(lanes, 1));
-    turn_re = static_cast<float>(turn.real());
-    turn_im = static_cast<float>(turn.imag());
+    const std::complex<double> rotation = std::polar(1.0, kRadians * std::remainder(lanes, 1));
+    rotation_re = static_cast<float>(rotation.real());
+    rotation_im = static_cast<float>(rotation.imag());
   }
 };
 
@@ -53,8 +53,8 @@ CANYON_CLONES void mix_real(const float* __restrict slots, std::uint64_t positio
       const float c = carrier.re[l], s = carrier.im[l];
       re[n + l] += value * c;
       im[n + l] += value * s;
-      carrier.re[l] = c * carrier.turn_re - s * carrier.turn_im;
-      carrier.im[l] = c * carrier.turn_im + s * carrier.turn_re;
+      carrier.re[l] = c * carrier.rotation_re - s * carrier.rotation_im;
+      carrier.im[l] = c * carrier.rotation_im + s * carrier.rotation_re;
     }
     position += step * kLanes;
   }
@@ -76,15 +76,15 @@ CANYON_CLONES void mix_complex(const float* __restrict slots_re, const float* __
       const float c = carrier.re[l], s = carrier.im[l];
       re[n + l] += x * c - y * s;
       im[n + l] += x * s + y * c;
-      carrier.re[l] = c * carrier.turn_re - s * carrier.turn_im;
-      carrier.im[l] = c * carrier.turn_im + s * carrier.turn_re;
+      carrier.re[l] = c * carrier.rotation_re - s * carrier.rotation_im;
+      carrier.im[l] = c * carrier.rotation_im + s * carrier.rotation_re;
     }
     position += step * kLanes;
   }
 }
 
-CANYON_CLONES void turn_by(const Carrier& begin, std::size_t samples, float* __restrict re,
-                           float* __restrict im) {
+CANYON_CLONES void rotate_by(const Carrier& begin, std::size_t samples, float* __restrict re,
+                             float* __restrict im) {
   Carrier carrier = begin;
   for (std::size_t n = 0; n < samples; n += kLanes) {
     for (std::size_t l = 0; l < kLanes; ++l) {
@@ -92,8 +92,8 @@ CANYON_CLONES void turn_by(const Carrier& begin, std::size_t samples, float* __r
       const float c = carrier.re[l], s = carrier.im[l];
       re[n + l] = x * c - y * s;
       im[n + l] = x * s + y * c;
-      carrier.re[l] = c * carrier.turn_re - s * carrier.turn_im;
-      carrier.im[l] = c * carrier.turn_im + s * carrier.turn_re;
+      carrier.re[l] = c * carrier.rotation_re - s * carrier.rotation_im;
+      carrier.im[l] = c * carrier.rotation_im + s * carrier.rotation_re;
     }
   }
 }
@@ -178,8 +178,8 @@ void add_tone(double cycles, double cycles_per_sample, double amplitude, SampleB
   add_path(one, path, block);
 }
 
-void turn(double cycles, double cycles_per_sample, SampleBlock& block) {
-  turn_by(Carrier(cycles, cycles_per_sample, 1), block.re.size(), block.re.data(), block.im.data());
+void rotate_phase(double cycles, double cycles_per_sample, SampleBlock& block) {
+  rotate_by(Carrier(cycles, cycles_per_sample, 1), block.re.size(), block.re.data(), block.im.data());
 }
 
 void decimate(const float* in, const std::vector<float>& taps, std::size_t step, std::size_t samples,

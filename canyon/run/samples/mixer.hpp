@@ -44,7 +44,7 @@ void add_path(const Slots& slots, const PathBlock& path, SampleBlock& block);
 void add_tone(double cycles, double cycles_per_sample, double amplitude, SampleBlock& block);
 
 /// Multiplies by a complex exponential.
-void turn(double cycles, double cycles_per_sample, SampleBlock& block);
+void rotate_phase(double cycles, double cycles_per_sample, SampleBlock& block);
 
 /// out[n], n < samples: the sum of taps[k] in[step n + k]. @param taps their number is a multiple of kLanes
 void decimate(const float* in, const std::vector<float>& taps, std::size_t step, std::size_t samples,

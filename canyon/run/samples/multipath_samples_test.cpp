@@ -18,7 +18,7 @@ namespace canyon::samples::multipath_samples_test {
 namespace {
 
 using geodesy::kSpeedOfLight;
-constexpr double kTurn = 2 * geodesy::kPi;
+constexpr double kTwoPi = 2 * geodesy::kPi;
 constexpr double kEcho = 0.5;  // amplitude relative to the direct path's
 
 /// One satellite, its direct path, and the same later and weaker.
@@ -88,7 +88,7 @@ class Correlator {
           std::floor((t - delay_s - group_delay_s_ - behind_m / kSpeedOfLight) * slot_rate_hz_));
       sum += std::complex<double>(kept_.values[n]) *
              static_cast<double>(slots_.re[static_cast<std::size_t>(slot - base_)]) *
-             std::polar(1.0, kTurn * std::remainder(delay_s * carrier_hz_, 1));
+             std::polar(1.0, kTwoPi * std::remainder(delay_s * carrier_hz_, 1));
     }
     return std::norm(sum);
   }
@@ -120,8 +120,8 @@ TEST(MultipathSamples, CodeErrorsAreThoseOfTheCodeLoopsModel) {
   const double wavelength = kSpeedOfLight / gnss::kL1_hz;
   const double chip_m = kSpeedOfLight / 1.023e6;
   for (const double about_m : {20.0, 150.0, 260.0, 330.0}) {
-    for (const double turn : {0.0, 0.5}) {
-      const double excess_m = (std::round(about_m / wavelength) + turn) * wavelength;
+    for (const double rotation : {0.0, 0.5}) {
+      const double excess_m = (std::round(about_m / wavelength) + rotation) * wavelength;
       simulation::Scenario scenario = simulation::parse_scenario(
           "city: {open: true, origin: {latitude_deg: 48, longitude_deg: 11, height_m: 500}}\n"
           "sky: {nominal: true, systems: [GPS], errors: {enabled: false}}\n"
@@ -147,12 +147,12 @@ TEST(MultipathSamples, CodeErrorsAreThoseOfTheCodeLoopsModel) {
         loop.spacing_chips = spacing_chips;
         const tracking::CodeTracker model({}, loop);
         const std::array<tracking::SignalPath, 2> paths{tracking::SignalPath{0, 1, 0},
-                                                        {excess_m, std::polar(kEcho, -kTurn * turn), 0}};
+                                                        {excess_m, std::polar(kEcho, -kTwoPi * rotation), 0}};
         const double expected_m = model.lock(paths, 0.0)->delay_m;
         // The model's codes have no sidelobes; this one's are 6 % of the peak, one chip away.
         const bool neighbour = excess_m + spacing_chips / 2 * chip_m > chip_m;
         EXPECT_NEAR(correlator.rests_at(spacing_chips * chip_m), expected_m, neighbour ? 2.5 : 0.8)
-            << excess_m << " m, turned by " << turn << ", spacing " << spacing_chips;
+            << excess_m << " m, turned by " << rotation << ", spacing " << spacing_chips;
       }
     }
   }

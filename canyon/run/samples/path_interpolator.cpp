@@ -22,7 +22,7 @@ using propagation::Path;
 using propagation::PathKind;
 using Complex = std::complex<double>;
 
-constexpr double kTurn = 2 * geodesy::kPi;
+constexpr double kTwoPi = 2 * geodesy::kPi;
 /// A path farther than this from its prediction by rates is another path [m].
 constexpr double kJump_m = 20;
 /// Diffuse paths are merged within this [chips].
@@ -261,7 +261,7 @@ class Interpolator final : public PathInterpolator {
       }
       PathAtEpoch& at = sent.paths.emplace_back(path_of(path, path.carrier_excess_m(), path.code_ahead_m));
       at.amplitude = amplitudes[i] * unit *
-                     std::polar(1.0, kTurn * std::remainder(path.carrier_excess_m() / wavelength, 1));
+                     std::polar(1.0, kTwoPi * std::remainder(path.carrier_excess_m() / wavelength, 1));
       if (path.kind == PathKind::Reflected || path.kind == PathKind::Transmitted)
         at.amplitude *= source->fades.fixed(model.phases(), path.reflector);
     }
@@ -277,7 +277,8 @@ class Interpolator final : public PathInterpolator {
       at.amplitude = std::sqrt(merged.power) * unit;
       at.shift_hz = tracking::fading_rate_hz(rate_mps, wavelength);
       at.decay_per_s =
-          (motion.velocity_ecef.norm() + merged.excess_m / merged.power * view.turning_radps()) / coherence_m;
+          (motion.velocity_ecef.norm() + merged.excess_m / merged.power * view.direction_rate_radps()) /
+          coherence_m;
     }
     if (!sent.paths.empty()) now.signals.emplace(std::pair(line.id, gnss::index_of(signal)), std::move(sent));
   }
@@ -355,7 +356,7 @@ class Interpolator final : public PathInterpolator {
     const double drawn = std::sqrt((1 - kept * kept) / 2);
     interpolated.fading.reserve(count);
     for (std::size_t i = 0; i < count; ++i) {
-      interpolated.fading.emplace_back(bundle.value * std::polar(1.0, kTurn * bundle.cycles));
+      interpolated.fading.emplace_back(bundle.value * std::polar(1.0, kTwoPi * bundle.cycles));
       const double re = bundle.stream.normal(), im = bundle.stream.normal();
       bundle.value = kept * bundle.value + drawn * Complex(re, im);
       bundle.cycles = std::remainder(bundle.cycles + shift_hz * kBlock_s, 1);

@@ -95,7 +95,7 @@ double loss_db(Format format, bool real, float gain) {
   const std::vector<std::int8_t> chips =
       components({gnss::System::GPS, 7}, gnss::signals_of(gnss::System::GPS)[0]).at(0).chips;
   constexpr std::size_t kSamples = 65'472, kBlocks = 300;
-  constexpr double kAmplitude = 0.12, kTurns = 0.3055;
+  constexpr double kAmplitude = 0.12, kRotations = 0.3055;
   Slots code;
   for (std::size_t i = 0; i <= 17 * 1023; ++i) code.re.push_back(static_cast<float>(chips[i % 1023]));
   SampleEncoder encoder(format, real);
@@ -104,7 +104,7 @@ double loss_db(Format format, bool real, float gain) {
   for (std::size_t b = 0; b < kBlocks; ++b) {
     SampleBlock signal, block;
     signal.clear(kSamples);
-    add_path(code, {0.3, 0.25575, 0.37 * static_cast<double>(b), kTurns, kAmplitude}, signal);
+    add_path(code, {0.3, 0.25575, 0.37 * static_cast<double>(b), kRotations, kAmplitude}, signal);
     block = signal;
     add_noise(1 + b, block);
     encoder.encode(block, kSamples, gain, bytes);

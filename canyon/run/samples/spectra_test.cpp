@@ -228,12 +228,12 @@ TEST(Spectra, CorrelationFunctionsAreThoseOfTheSignalsDefinitions) {
     const double power = at(0).real();
     const auto chip = static_cast<std::size_t>(rate_hz / signal.chip_rate_hz);
     // Doppler rotates it; the first lag gives the angle, where the function is positive.
-    const double turn = std::arg(at(1));
+    const double rotation = std::arg(at(1));
     for (std::size_t lag = 1; lag <= chip; ++lag) {
       const double delay = static_cast<double>(lag) / rate_hz * signal.chip_rate_hz;
       const double expected =
           shaped ? 10.0 / 11 * base.value(delay) + 1.0 / 11 * fast.value(delay) : base.value(delay);
-      const Complex found = at(lag) * std::polar(1 / power, -turn * static_cast<double>(lag));
+      const Complex found = at(lag) * std::polar(1 / power, -rotation * static_cast<double>(lag));
       EXPECT_NEAR(found.real(), expected, 0.02) << sent.signal << ' ' << delay;
       EXPECT_NEAR(found.imag(), 0, 0.02) << sent.signal << ' ' << delay;
     }

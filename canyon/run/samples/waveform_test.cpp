@@ -74,17 +74,17 @@ TEST(Waveform, BeginsWithTheSecond) {
   const std::vector<std::int8_t> chips = components(id, signal).at(0).chips;
   Slots slots;
   waveform.send(0, std::size_t{1023} * 200, slots);
-  int turns = 0;
+  int cycles = 0;
   for (std::size_t period = 0; period < 200; ++period) {
     const float symbol = slots.re[1023 * period] * static_cast<float>(chips[0]);
     for (std::size_t i = 0; i < 1023; ++i) {
       ASSERT_EQ(slots.re[1023 * period + i], symbol * static_cast<float>(chips[i])) << period;
     }
     if (period == 0 || slots.re[1023 * (period - 1)] == slots.re[1023 * period]) continue;
-    ++turns;
+    ++cycles;
     EXPECT_EQ(period % 20, 0U);
   }
-  EXPECT_GT(turns, 1);
+  EXPECT_GT(cycles, 1);
 }
 
 // Frames of L1C begin with each 18 s of the GPS week, those of B1C, B2a and B2b with each 18 s, 3 s and

@@ -225,7 +225,7 @@ std::int64_t signed_field(const Bits& bits, std::size_t first, std::size_t width
   return static_cast<std::int64_t>(value) - (bits[first] ? std::int64_t{1} << width : 0);
 }
 /// Angle or rate of a field [rad].
-double half_turns(const Bits& bits, std::size_t first, std::size_t width, int exponent) {
+double semicircles(const Bits& bits, std::size_t first, std::size_t width, int exponent) {
   return std::ldexp(static_cast<double>(signed_field(bits, first, width)), exponent) * geodesy::kPi;
 }
 
@@ -258,13 +258,13 @@ TEST(FnavPage, HasItsFieldsAndItsCrc) {
   EXPECT_NEAR(std::ldexp(static_cast<double>(signed_field(fnav_page(e, {}, 1, start()), 36, 31)), -34), e.af0,
               3e-11);
   page = fnav_page(e, {}, 2, start());
-  EXPECT_NEAR(half_turns(page, 16, 32, -31), e.mean_anomaly, 1e-9);
-  EXPECT_NEAR(half_turns(page, 48, 24, -43), e.right_ascension_rate, 3e-13);
+  EXPECT_NEAR(semicircles(page, 16, 32, -31), e.mean_anomaly, 1e-9);
+  EXPECT_NEAR(semicircles(page, 48, 24, -43), e.right_ascension_rate, 3e-13);
   EXPECT_NEAR(static_cast<double>(page.number(104, 32)) * 0x1p-19, e.sqrt_a, 1e-6);
-  EXPECT_NEAR(half_turns(page, 136, 32, -31), e.right_ascension, 1e-9);
+  EXPECT_NEAR(semicircles(page, 136, 32, -31), e.right_ascension, 1e-9);
   EXPECT_EQ(page.number(194, 20), kSecond);
   page = fnav_page(e, {}, 3, start());
-  EXPECT_NEAR(half_turns(page, 16, 32, -31), e.inclination, 1e-9);
+  EXPECT_NEAR(semicircles(page, 16, 32, -31), e.inclination, 1e-9);
   EXPECT_EQ(page.number(160, 14), kSecond / 60);
   EXPECT_EQ(page.number(186, 20), kSecond);
   page = fnav_page(e, {}, 4, start());
@@ -295,17 +295,17 @@ TEST(CnavMessage, HasItsFieldsAndItsCrc) {
   // 16 s later on the orbit: Kepler's third law.
   const double axis_m = e.sqrt_a * e.sqrt_a;
   EXPECT_NEAR(std::ldexp(static_cast<double>(signed_field(bits, 81, 26)), -9), axis_m - 26'559'710, 2e-3);
-  EXPECT_NEAR(half_turns(bits, 132, 17, -44), e.mean_motion_difference, 2e-13);
+  EXPECT_NEAR(semicircles(bits, 132, 17, -44), e.mean_motion_difference, 2e-13);
   const double motion = std::sqrt(3.986005e14 / std::pow(axis_m, 3)) + e.mean_motion_difference;
-  EXPECT_NEAR(half_turns(bits, 172, 33, -32), e.mean_anomaly + 16 * motion, 1e-9);
+  EXPECT_NEAR(semicircles(bits, 172, 33, -32), e.mean_anomaly + 16 * motion, 1e-9);
   EXPECT_NEAR(static_cast<double>(bits.number(205, 33)) * 0x1p-34, e.eccentricity, 1e-10);
-  EXPECT_NEAR(half_turns(bits, 238, 33, -32), e.argument_of_perigee, 1e-9);
+  EXPECT_NEAR(semicircles(bits, 238, 33, -32), e.argument_of_perigee, 1e-9);
   bits = cnav_message(e, {}, delays, 11, start(), 12);
   EXPECT_EQ(bits.number(38, 11), 43200U / 300);
-  EXPECT_NEAR(half_turns(bits, 49, 33, -32), e.right_ascension + 16 * e.right_ascension_rate, 1e-9);
-  EXPECT_NEAR(half_turns(bits, 82, 33, -32), e.inclination + 16 * e.inclination_rate, 1e-9);
-  EXPECT_NEAR(half_turns(bits, 115, 17, -44) - 2.6e-9 * geodesy::kPi, e.right_ascension_rate, 2e-13);
-  EXPECT_NEAR(half_turns(bits, 132, 15, -44), e.inclination_rate, 2e-13);
+  EXPECT_NEAR(semicircles(bits, 49, 33, -32), e.right_ascension + 16 * e.right_ascension_rate, 1e-9);
+  EXPECT_NEAR(semicircles(bits, 82, 33, -32), e.inclination + 16 * e.inclination_rate, 1e-9);
+  EXPECT_NEAR(semicircles(bits, 115, 17, -44) - 2.6e-9 * geodesy::kPi, e.right_ascension_rate, 2e-13);
+  EXPECT_NEAR(semicircles(bits, 132, 15, -44), e.inclination_rate, 2e-13);
   EXPECT_NEAR(std::ldexp(static_cast<double>(signed_field(bits, 179, 24)), -8), e.crs, 3e-3);
   EXPECT_NEAR(std::ldexp(static_cast<double>(signed_field(bits, 248, 21)), -30), e.cuc, 1e-9);
   bits = cnav_message(e, {}, delays, 30, start(), 12);
@@ -323,7 +323,7 @@ TEST(CnavMessage, HasItsFieldsAndItsCrc) {
   e.toe = e.toc = GpsTime::from_week(2408, 604'784);
   bits = cnav_message(e, {}, delays, 11, e.toe, 12);
   EXPECT_EQ(bits.number(38, 11), 604'500U / 300);
-  EXPECT_NEAR(half_turns(bits, 49, 33, -32), e.right_ascension - 284 * e.right_ascension_rate, 1e-9);
+  EXPECT_NEAR(semicircles(bits, 49, 33, -32), e.right_ascension - 284 * e.right_ascension_rate, 1e-9);
 }
 
 TEST(AccuracyIndex, FollowsTheTables) {

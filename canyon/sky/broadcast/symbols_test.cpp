@@ -90,8 +90,8 @@ TEST(Symbols, LnavTellsTheLeapSecondsOfItsDate) {
   navigation.leap_seconds = 16;
   const auto frame = symbol_frame(navigation, id, gnss::signals_of(gnss::System::GPS)[0], kToe + 18);
   ASSERT_TRUE(frame);
-  const std::uint32_t turned = frame->symbols[269] < 0 ? 0xFF : 0;
-  EXPECT_EQ(number(*frame, 270, 8) ^ turned, 16U);
+  const std::uint32_t rotated = frame->symbols[269] < 0 ? 0xFF : 0;
+  EXPECT_EQ(number(*frame, 270, 8) ^ rotated, 16U);
 }
 
 /// A decoder that follows the only path without an error: taps of 171 and 133 (octal) on the bit and the

@@ -150,7 +150,7 @@ double eccentric_anomaly(double mean_anomaly, double e) {
 }
 
 // Rotates position and velocity about z by `angle`, in a frame that rotates with `rate` [rad/s].
-void turn_z(double angle, double rate, Eigen::Vector3d& p, Eigen::Vector3d& v) {
+void rotate_z(double angle, double rate, Eigen::Vector3d& p, Eigen::Vector3d& v) {
   const double c = std::cos(angle), s = std::sin(angle);
   const Eigen::Vector3d q(c * p.x() + s * p.y(), -s * p.x() + c * p.y(), p.z());
   const Eigen::Vector3d w(c * v.x() + s * v.y(), -s * v.x() + c * v.y(), v.z());
@@ -158,7 +158,7 @@ void turn_z(double angle, double rate, Eigen::Vector3d& p, Eigen::Vector3d& v) {
   v = w + rate * Eigen::Vector3d(q.y(), -q.x(), 0);
 }
 
-void turn_x_minus_5_deg(Eigen::Vector3d& a) {
+void rotate_x_minus_5_deg(Eigen::Vector3d& a) {
   static const double c = std::cos(geodesy::radians(-5)), s = std::sin(geodesy::radians(-5));
   a = Eigen::Vector3d(a.x(), c * a.y() + s * a.z(), -s * a.y() + c * a.z());
 }
@@ -372,9 +372,9 @@ SatelliteState propagate(const gnss::KeplerEphemeris& e, geodesy::GpsTime t) {
        x_rate * sin_node + across_rate * cos_node + p.x() * node_rate, y_rate * sin_i + y * cos_i * i_rate};
   if (geo) {
     // BDS-SIS-ICD B1I 5.2.4.12: R_z(omega tk) R_x(-5 deg).
-    turn_x_minus_5_deg(p);
-    turn_x_minus_5_deg(v);
-    turn_z(earth.omega * tk, earth.omega, p, v);
+    rotate_x_minus_5_deg(p);
+    rotate_x_minus_5_deg(v);
+    rotate_z(earth.omega * tk, earth.omega, p, v);
   }
 
   // IS-GPS-200, 20.3.3.3.3.1: polynomial and relativity of the eccentric orbit.

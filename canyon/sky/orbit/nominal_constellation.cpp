@@ -41,8 +41,8 @@ double advance(double start, double rate, GpsTime from, GpsTime to) {
   const double rest_s = static_cast<double>(ns - whole * GpsTime::kNanosecondsPerSecond) * 1e-9;
   const double product = rate * whole_s;
   const double product_rest = std::fma(rate, whole_s, -product);
-  const double turns = std::nearbyint(product / kTwoPi);
-  return wrap(start + (std::remainder(product, kTwoPi) - turns * kTwoPiRest + product_rest + rate * rest_s));
+  const double cycles = std::nearbyint(product / kTwoPi);
+  return wrap(start + (std::remainder(product, kTwoPi) - cycles * kTwoPiRest + product_rest + rate * rest_s));
 }
 
 /// Longitude of the ascending node on the rotating Earth, in [-pi, pi]; the rates are applied separately,
@@ -274,8 +274,8 @@ double repeat_rate(const OrbitSlot& slot, int revolutions, int days) {
 double earth_rotation_angle(const CalendarTime& utc) {
   const GpsTime j2000 = geodesy::gps_from_calendar({2000, 1, 1, 12, 0, 0, 0});
   const double days = (geodesy::gps_from_calendar(utc) - j2000) / kSecondsPerDay;
-  const double turns = 0.7790572732640 + 0.00273781191135448 * days + std::fmod(days, 1.0);
-  return 2 * geodesy::kPi * (turns - std::floor(turns));
+  const double cycles = 0.7790572732640 + 0.00273781191135448 * days + std::fmod(days, 1.0);
+  return 2 * geodesy::kPi * (cycles - std::floor(cycles));
 }
 
 // GPS SPS Performance Standard, 5th edition (2020), table 3.2-1: argument of latitude [deg] of the four

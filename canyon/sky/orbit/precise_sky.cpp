@@ -586,10 +586,10 @@ ReferenceOrbit::State ReferenceOrbit::at(geodesy::GpsTime t) const {
   const Eigen::Matrix3d axes =
       Eigen::AngleAxisd(node_rate_ * dt, Eigen::Vector3d::UnitZ()) * axes_ *
       Eigen::AngleAxisd(perigee_rate_ * dt, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  const Eigen::Vector3d turning = Eigen::Vector3d(0, 0, node_rate_) + perigee_rate_ * axes.col(2);
+  const Eigen::Vector3d rotation_rate = Eigen::Vector3d(0, 0, node_rate_) + perigee_rate_ * axes.col(2);
   state.position_m = axes * Eigen::Vector3d(semi_major_axis_ * (c - e), b * s, 0);
-  state.velocity_mps =
-      axes * Eigen::Vector3d(-semi_major_axis_ * s * rate, b * c * rate, 0) + turning.cross(state.position_m);
+  state.velocity_mps = axes * Eigen::Vector3d(-semi_major_axis_ * s * rate, b * c * rate, 0) +
+                       rotation_rate.cross(state.position_m);
   // The difference of true and mean anomaly is continuous, so the sum counts revolutions like the mean
   // anomaly.
   state.true_anomaly_rad = mean + (std::atan2(flat * s, c - e) - wrapped);

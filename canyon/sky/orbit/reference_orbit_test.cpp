@@ -50,7 +50,7 @@ TEST(ReferenceOrbit, TurnsAsJ2Says) {
   const double e = (kVelocity.cross(h0) / kMu - kPosition.normalized()).norm();
   // Vallado, eq. 9-37, per revolution: -3 pi J2 (R/p)^2 cos i.
   const double p = a * (1 - e * e);
-  const double turn = -3 * geodesy::kPi * 1.08262668e-3 * std::pow(6'378'137 / p, 2) * h0.z() / h0.norm();
+  const double rotation = -3 * geodesy::kPi * 1.08262668e-3 * std::pow(6'378'137 / p, 2) * h0.z() / h0.norm();
   // The normal of the plane, from three positions of a later revolution.
   const auto normal = [&](double t) {
     return Vector3d(
@@ -58,8 +58,8 @@ TEST(ReferenceOrbit, TurnsAsJ2Says) {
   };
   const Vector3d before = normal(0);
   const Vector3d after = normal(100 * period);
-  const double turned = std::atan2(after.y(), after.x()) - std::atan2(before.y(), before.x());
-  EXPECT_NEAR(std::remainder(turned, 2 * geodesy::kPi), 100 * turn, 1e-3 * std::abs(100 * turn));
+  const double rotated = std::atan2(after.y(), after.x()) - std::atan2(before.y(), before.x());
+  EXPECT_NEAR(std::remainder(rotated, 2 * geodesy::kPi), 100 * rotation, 1e-3 * std::abs(100 * rotation));
 }
 
 TEST(ReferenceOrbit, ScaledMeanMotionComesBackSooner) {

@@ -61,8 +61,8 @@ class CircularSky final : public Sky {
 TEST(RotateEarth, TurnsAxesWithTheEarth) {
   // A quarter sidereal day later the ECEF x axis has the direction of the former y axis: a fixed point on +y
   // is on +x.
-  const Eigen::Vector3d turned = rotate_earth({0, 2, 3}, geodesy::kPi / 2 / kEarthRotationRate);
-  EXPECT_NEAR((turned - Eigen::Vector3d(2, 0, 3)).norm(), 0, 1e-14);
+  const Eigen::Vector3d rotated = rotate_earth({0, 2, 3}, geodesy::kPi / 2 / kEarthRotationRate);
+  EXPECT_NEAR((rotated - Eigen::Vector3d(2, 0, 3)).norm(), 0, 1e-14);
 }
 
 // The flight time is the root of |p(t - tau) - r| = c tau in the inertial frame of the reception instant:

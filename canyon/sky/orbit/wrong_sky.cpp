@@ -21,10 +21,10 @@ void shift(Eigen::Vector3d& position_m, Eigen::Vector3d& velocity_mps, const Mes
   axes.col(2) = momentum.normalized();
   axes.col(1) = axes.col(2).cross(axes.col(0));
   const Eigen::Vector3d offset = error.orbit_m + error.orbit_rate_mps * since_s;
-  const Eigen::Vector3d turn(0, 0, momentum.norm() / position_m.squaredNorm());
+  const Eigen::Vector3d rotation(0, 0, momentum.norm() / position_m.squaredNorm());
   const Eigen::Vector3d moved = axes * offset;
   position_m += moved;
-  velocity_mps += axes * (error.orbit_rate_mps + turn.cross(offset)) - earth.cross(moved);
+  velocity_mps += axes * (error.orbit_rate_mps + rotation.cross(offset)) - earth.cross(moved);
 }
 
 /// Bits for "do not use" in every message of the system (gnss::is_healthy()).

@@ -155,7 +155,7 @@ gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id, const std::vector<std:
                                     RecordLayout layout, MessageName message) {
   const CheckedFields f(lines, layout);
   const GpsTime toc = parse_epoch(lines.front(), layout);  // on the system's scale until the end
-  constexpr double kTurn = 2 * geodesy::kPi;
+  constexpr double kTwoPi = 2 * geodesy::kPi;
 
   gnss::KeplerEphemeris e;
   e.id = id;
@@ -165,18 +165,18 @@ gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id, const std::vector<std:
   e.iode = f.integer(3, "issue of data", 0, 4095);
   e.crs = f.required(4, "Crs", 1e4);
   e.mean_motion_difference = f.required(5, "delta n", 1e-6);
-  e.mean_anomaly = f.required(6, "M0", kTurn);
+  e.mean_anomaly = f.required(6, "M0", kTwoPi);
   e.cuc = f.required(7, "Cuc", 1e-3);
   e.eccentricity = f.required(8, "eccentricity", 0, 0.5);
   e.cus = f.required(9, "Cus", 1e-3);
   e.sqrt_a = f.required(10, "square root of the semi-major axis", 2530, 8192);
   const double toes = f.required(11, "toe", 0, kWeek);  // some write the week's end so
   e.cic = f.required(12, "Cic", 1e-3);
-  e.right_ascension = f.required(13, "OMEGA0", kTurn);
+  e.right_ascension = f.required(13, "OMEGA0", kTwoPi);
   e.cis = f.required(14, "Cis", 1e-3);
-  e.inclination = f.required(15, "i0", kTurn / 2);
+  e.inclination = f.required(15, "i0", kTwoPi / 2);
   e.crc = f.required(16, "Crc", 1e4);
-  e.argument_of_perigee = f.required(17, "omega", kTurn);
+  e.argument_of_perigee = f.required(17, "omega", kTwoPi);
   e.right_ascension_rate = f.required(18, "OMEGA DOT", 1e-5);
   e.inclination_rate = f.required(19, "IDOT", 1e-6);
   e.data_sources =

@@ -334,9 +334,10 @@ std::vector<simulation::Pose> poses_of(const std::string& name) {
 TEST(BenchDrives, CarsDoNotTurnAtRest) {
   const auto poses = poses_of("open");
   for (std::size_t k = 1; k < poses.size(); ++k) {
-    const double turn = std::abs(std::remainder(poses[k].yaw_rad - poses[k - 1].yaw_rad, 2 * geodesy::kPi));
+    const double rotation =
+        std::abs(std::remainder(poses[k].yaw_rad - poses[k - 1].yaw_rad, 2 * geodesy::kPi));
     const double moved_m = 0.05 * (poses[k].velocity_enu_mps + poses[k - 1].velocity_enu_mps).norm();
-    EXPECT_LT(turn, moved_m / 3 + 1e-3) << 0.1 * static_cast<double>(k) << " s";
+    EXPECT_LT(rotation, moved_m / 3 + 1e-3) << 0.1 * static_cast<double>(k) << " s";
   }
 }
 

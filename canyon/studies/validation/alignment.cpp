@@ -142,9 +142,9 @@ class Aligner {
     const int heading_width = 2 * heading_steps + 1;
     const double heading_sigma = kSmoothHeading_rad / kHeadingStep_rad;
     if (options_.heading) {
-      const std::vector<Move> turned = headings(best);
+      const std::vector<Move> rotated = headings(best);
       best.heading_rad =
-          turned[*best_of(smoothed(try_all(turned), heading_width, 1, heading_sigma), 0)].heading_rad;
+          rotated[*best_of(smoothed(try_all(rotated), heading_width, 1, heading_sigma), 0)].heading_rad;
       const std::vector<Move> again = offsets(best, kCoarse_m, 2);
       best = again[*best_of(try_all(again), 0)];
     }
@@ -181,12 +181,12 @@ class Aligner {
     alignment.sigma_north_m = std::max(deviation(north), kFine_m / std::sqrt(12.0));
 
     if (options_.heading) {
-      const std::vector<Move> turned = headings(best);
-      const std::vector<Scores> turned_scores = smoothed(try_all(turned), heading_width, 1, heading_sigma);
-      best.heading_rad = turned[*best_of(turned_scores, 0)].heading_rad;
+      const std::vector<Move> rotated = headings(best);
+      const std::vector<Scores> rotated_scores = smoothed(try_all(rotated), heading_width, 1, heading_sigma);
+      best.heading_rad = rotated[*best_of(rotated_scores, 0)].heading_rad;
       std::vector<double> found;
       for (std::size_t r = 1; r < draws_.size(); ++r)
-        if (const auto at = best_of(turned_scores, r)) found.push_back(turned[*at].heading_rad);
+        if (const auto at = best_of(rotated_scores, r)) found.push_back(rotated[*at].heading_rad);
       alignment.sigma_heading_rad = std::max(deviation(found), kHeadingStep_rad / std::sqrt(12.0));
     }
 

@@ -308,8 +308,8 @@ Eigen::Vector3d Registration::point_in_map(const Eigen::Vector3d& enu) const {
 }
 
 Eigen::Vector3d Registration::direction_in_city(const Eigen::Vector3d& enu) const {
-  const Eigen::Vector2d turned = Eigen::Rotation2Dd(-heading_rad) * enu.head<2>();
-  return {turned.x(), turned.y(), enu.z()};
+  const Eigen::Vector2d rotated = Eigen::Rotation2Dd(-heading_rad) * enu.head<2>();
+  return {rotated.x(), rotated.y(), enu.z()};
 }
 
 Registration Registration::then(double more_east_m, double more_north_m, double more_heading_rad,

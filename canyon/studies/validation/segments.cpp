@@ -44,7 +44,7 @@ double misfit(const Piece& a, const Piece& b) {
 
 std::vector<StreetSegment> street_segments(std::span<const Eigen::Vector3d> points) {
   if (points.empty()) return {};
-  const double turn = geodesy::radians(30);
+  const double rotation = geodesy::radians(30);
   std::vector<Piece> pieces(1);
   pieces.back().count = 1;
   Vector2d since = points[0].head<2>();  // end of the last step with a direction
@@ -53,7 +53,7 @@ std::vector<StreetSegment> street_segments(std::span<const Eigen::Vector3d> poin
     if (step.norm() >= kStep_m) {
       since = points[i].head<2>();
       Piece& current = pieces.back();
-      if (current.step_sum.norm() >= kStep_m && angle_between(current.step_sum, step) > turn)
+      if (current.step_sum.norm() >= kStep_m && angle_between(current.step_sum, step) > rotation)
         pieces.push_back({i, 0, 0, Vector2d::Zero()});
       pieces.back().length_m += step.norm();
       pieces.back().step_sum += step;

@@ -144,18 +144,18 @@ TEST(CityJsonSolidTest, GableHouseIsWatertightWithItsVolumeAndMaterials) {
 }
 
 TEST(CityJsonSolidTest, WrongSidesAreTurned) {
-  for (const int turned : {0b000000, 0b111111, 0b000100, 0b110110}) {
+  for (const int rotated : {0b000000, 0b111111, 0b000100, 0b110110}) {
     std::vector<MapSurface> surfaces;
     auto faces = block(0, 0, 0, 10, 8, 6);
     for (std::size_t i = 0; i < faces.size(); ++i) {
-      if ((turned >> i & 1) != 0) std::reverse(faces[i].begin(), faces[i].end());
+      if ((rotated >> i & 1) != 0) std::reverse(faces[i].begin(), faces[i].end());
       surfaces.push_back(surface(faces[i]));
     }
     city::Mesh mesh;
     std::vector<std::string> notes;
     ASSERT_TRUE(append_surfaces(mesh, "block", surfaces, frame(), notes));
-    EXPECT_NEAR(volume(mesh), 480, 1e-4) << turned;
-    EXPECT_TRUE(notes.empty()) << turned;
+    EXPECT_NEAR(volume(mesh), 480, 1e-4) << rotated;
+    EXPECT_TRUE(notes.empty()) << rotated;
   }
 }
 

@@ -115,8 +115,8 @@ Ring star(std::mt19937_64& random, double x, double y, int corners, double inner
   for (int i = 0; i < corners; ++i) angles.push_back(sum += step(random));
   Ring ring;
   for (const double a : angles) {
-    const double r = radius(random), turn = 2 * M_PI * a / sum;
-    ring.emplace_back(x + r * std::cos(turn), y + r * std::sin(turn));
+    const double r = radius(random), rotation = 2 * M_PI * a / sum;
+    ring.emplace_back(x + r * std::cos(rotation), y + r * std::sin(rotation));
   }
   return ring;
 }
@@ -335,14 +335,14 @@ TEST(Footprint, TangledRingsAreToldAndCostNothing) {
       comb.outer.emplace_back(p + Point2(0.2 * i, 0));
   comb.outer.emplace_back(98, -5);
   comb.outer.emplace_back(0, -5);
-  Polygon2 turned = comb;
-  for (Point2& p : turned.outer) std::swap(p.x(), p.y());
+  Polygon2 rotated = comb;
+  for (Point2& p : rotated.outer) std::swap(p.x(), p.y());
   std::vector<std::string> notes;
   EXPECT_TRUE(repair({knot}, notes).empty());
   ASSERT_EQ(notes.size(), 1U);
   EXPECT_NE(notes[0].find("thousands of times"), std::string::npos);
-  EXPECT_TRUE(repair({comb, turned}, notes).empty());
-  const std::vector<Polygon2> one = repair({comb}, notes), other = repair({turned}, notes);
+  EXPECT_TRUE(repair({comb, rotated}, notes).empty());
+  const std::vector<Polygon2> one = repair({comb}, notes), other = repair({rotated}, notes);
   ASSERT_EQ(one.size(), 1U);
   ASSERT_EQ(other.size(), 1U);
   EXPECT_TRUE(is_tangled({&one, &other}));

@@ -36,9 +36,9 @@ Ring box(double x0, double y0, double x1, double y1) {
   return {{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}};
 }
 
-Ring turned(Ring ring, double angle_deg, const Point2& shift = Point2::Zero()) {
-  const Eigen::Rotation2Dd turn(geodesy::radians(angle_deg));
-  for (Point2& p : ring) p = turn * p + shift;
+Ring rotated(Ring ring, double angle_deg, const Point2& shift = Point2::Zero()) {
+  const Eigen::Rotation2Dd rotation(geodesy::radians(angle_deg));
+  for (Point2& p : ring) p = rotation * p + shift;
   return ring;
 }
 
@@ -103,27 +103,27 @@ std::vector<Named> footprints() {
   const std::vector<std::pair<std::string, Polygon2>> raw = {
       {"rectangle", {rectangle, {}}},
       {"square", {box(0, 0, 12, 12), {}}},
-      {"turned rectangle", {turned(rectangle, 33, {100, -50}), {}}},
-      {"far rectangle", {turned(rectangle, 12, {25000.3, -31000.7}), {}}},
+      {"turned rectangle", {rotated(rectangle, 33, {100, -50}), {}}},
+      {"far rectangle", {rotated(rectangle, 12, {25000.3, -31000.7}), {}}},
       {"split sides", {{{0, 0}, {3, 0}, {7, 0}, {20, 0}, {20, 4}, {20, 8}, {10, 8}, {0, 8}}, {}}},
       {"L", {ell, {}}},
-      {"turned L", {turned(ell, 71), {}}},
+      {"turned L", {rotated(ell, 71), {}}},
       {"U", {cup, {}}},
-      {"turned U", {turned(cup, -20), {}}},
+      {"turned U", {rotated(cup, -20), {}}},
       {"T", {tee, {}}},
       {"plus", {plus, {}}},
       {"circle", {regular(64, 11), {}}},
-      {"hexagon", {turned(regular(6, 9), 7), {}}},
+      {"hexagon", {rotated(regular(6, 9), 7), {}}},
       {"star", {star, {}}},
       {"triangle", {{{0, 0}, {14, 1}, {3, 9}}, {}}},
       {"needle", {{{0, 0}, {40, 0.3}, {0.1, 0.5}}, {}}},
       {"courtyard", {box(0, 0, 18, 20), {hole}}},
-      {"turned courtyard", {turned(box(0, 0, 18, 20), 26), {turned(hole, 26)}}},
+      {"turned courtyard", {rotated(box(0, 0, 18, 20), 26), {rotated(hole, 26)}}},
       {"hole at a corner", {box(0, 0, 18, 20), {{{0, 0}, {4, 9}, {9, 4}}}}},
       {"hole at a side", {box(0, 0, 18, 20), {{{0, 10}, {6, 15}, {6, 5}}}}},
       {"thin", {box(0, 0, 30, 0.2), {}}},
-      {"thinner", {turned(box(0, 0, 30, 0.11), 41), {}}},
-      {"thinnest", {turned(box(0, 0, 30, 0.002), 17), {}}},
+      {"thinner", {rotated(box(0, 0, 30, 0.11), 41), {}}},
+      {"thinnest", {rotated(box(0, 0, 30, 0.002), 17), {}}},
       {"notched",
        {{{0, 0}, {20, 0}, {20, 4.999}, {19.998, 5}, {20, 5.001}, {20, 10}, {0, 10}, {0, 5.002}}, {}}},
   };
@@ -260,7 +260,7 @@ TEST(Solid, RoofsOverARectangleHaveTheirVolume) {
     expect_sound(built, straight, shape, 0, e + r);
     EXPECT_NEAR(built.check.volume_m3, l * w * e + volume, 1e-9 * l * w * e);
     // After rotation, corners are off by up to 0.7 mm.
-    const Polygon2 leaning = cleaned({{turned(straight.outer, 33, {1000, 2000}), {}}}).at(0);
+    const Polygon2 leaning = cleaned({{rotated(straight.outer, 33, {1000, 2000}), {}}}).at(0);
     built = build(leaning, shape);
     expect_sound(built, leaning, shape, 0, e + r);
     EXPECT_NEAR(built.check.volume_m3, l * w * e + volume, 5e-4 * l * w * e);
@@ -301,8 +301,8 @@ TEST(Solid, EveryRoofOverRandomFootprintsIsClosed) {
         break;
       case 2:
         for (const Polygon2& block : random_blocks(random, 1 + trial % 7)) {
-          Polygon2 leaning{turned(block.outer, 57.0 * trial), {}};
-          for (const Ring& hole : block.holes) leaning.holes.push_back(turned(hole, 57.0 * trial));
+          Polygon2 leaning{rotated(block.outer, 57.0 * trial), {}};
+          for (const Ring& hole : block.holes) leaning.holes.push_back(rotated(hole, 57.0 * trial));
           for (Polygon2& piece : cleaned({leaning})) pieces.push_back(std::move(piece));
         }
         break;
@@ -471,9 +471,9 @@ TEST(SolidCheck, SeesHolesAndTurnedTriangles) {
   canyon::test::append_box(mesh, "box", city::Surface::Building, Material::Concrete, {0, 0, 0}, {2, 3, 4});
   EXPECT_TRUE(test::check_solid(mesh, mesh.objects[0]).watertight);
   EXPECT_NEAR(test::check_solid(mesh, mesh.objects[0]).volume_m3, 24, 1e-12);
-  Mesh turned_triangle = mesh;
-  std::swap(turned_triangle.triangles[3][0], turned_triangle.triangles[3][1]);
-  EXPECT_FALSE(test::check_solid(turned_triangle, mesh.objects[0]).watertight);
+  Mesh flipped_triangle = mesh;
+  std::swap(flipped_triangle.triangles[3][0], flipped_triangle.triangles[3][1]);
+  EXPECT_FALSE(test::check_solid(flipped_triangle, mesh.objects[0]).watertight);
   Mesh moved = mesh;  // one corner of one triangle, by a minimal distance
   moved.vertices.push_back(moved.vertices[moved.triangles[5][0]] + Eigen::Vector3d(0, 0, 1e-12));
   moved.triangles[5][0] = static_cast<std::uint32_t>(moved.vertices.size() - 1);

@@ -121,9 +121,9 @@ TEST_F(CityGmlTest, HandednessTellsTheOrderOfAxesWherePlacesDoNot) {
   std::vector<std::string> swapped;
   for (const std::string& ring : gml_house(24000, 20000, 35)) {
     std::istringstream words(ring);
-    std::string e, n, u, turned;
-    while (words >> e >> n >> u) turned += n + " " + e + " " + u + " ";
-    swapped.push_back(turned);
+    std::string e, n, u, rotated;
+    while (words >> e >> n >> u) rotated += n + " " + e + " " + u + " ";
+    swapped.push_back(rotated);
   }
   const MapData east =
       read(citygml(citygml_member(gml_building("a", gml_house(24000, 20000, 35))), "EPSG:3068"));
@@ -209,9 +209,9 @@ TEST_F(CityGmlTest, ReferencesBackwardsForwardsAndToOtherObjects) {
     const MapFeature& b = data.features[0];
     ASSERT_EQ(b.surfaces.size(), 2U);
     EXPECT_EQ(b.surfaces[0].outer, data.features[1].surfaces[1].outer);
-    std::vector<Eigen::Vector3d> turned = data.features[1].surfaces[2].outer;
-    std::reverse(turned.begin(), turned.end());
-    EXPECT_EQ(b.surfaces[1].outer, turned);
+    std::vector<Eigen::Vector3d> rotated = data.features[1].surfaces[2].outer;
+    std::reverse(rotated.begin(), rotated.end());
+    EXPECT_EQ(b.surfaces[1].outer, rotated);
     EXPECT_THAT(data.notes.lines(), Contains(HasSubstr("left out 1 references")));
   }
 }

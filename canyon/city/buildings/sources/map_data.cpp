@@ -101,19 +101,19 @@ Eigen::AlignedBox2d MapFeature::bounds() const {
 
 void MapFeature::bring_near(double longitude) {
   const double middle = bounds().center().x();
-  const double turns = longitude_near(middle, longitude) - middle;
-  if (turns == 0) return;
-  const auto turn = [turns](auto& points) {
-    for (auto& position : points) position.x() += turns;
+  const double cycles = longitude_near(middle, longitude) - middle;
+  if (cycles == 0) return;
+  const auto rotation = [cycles](auto& points) {
+    for (auto& position : points) position.x() += cycles;
   };
-  turn(line);
+  rotation(line);
   for (MapPolygon& polygon : polygons) {
-    turn(polygon.outer);
-    std::for_each(polygon.inners.begin(), polygon.inners.end(), turn);
+    rotation(polygon.outer);
+    std::for_each(polygon.inners.begin(), polygon.inners.end(), rotation);
   }
   for (MapSurface& surface : surfaces) {
-    turn(surface.outer);
-    std::for_each(surface.inners.begin(), surface.inners.end(), turn);
+    rotation(surface.outer);
+    std::for_each(surface.inners.begin(), surface.inners.end(), rotation);
   }
 }
 

@@ -34,42 +34,42 @@ using RingMembers = std::vector<std::pair<const OsmWay*, std::string>>;
 
 /// libosmium's positions are within +-180 deg; those of a map on the antimeridian are rotated by this angle
 /// [deg] for libosmium.
-double turn_for_osmium(const RingMembers& members) {
+double rotation_for_osmium(const RingMembers& members) {
   for (const auto& [way, role] : members)
     for (const LonLat& point : way->positions)
       if (std::abs(point.x()) > 180) return std::copysign(180, point.x());
   return 0;
 }
 
-MapRing ring_of(const osmium::NodeRefList& nodes, double turn) {
+MapRing ring_of(const osmium::NodeRefList& nodes, double rotation) {
   MapRing ring;
   ring.reserve(nodes.size());
-  for (const osmium::NodeRef& node : nodes) ring.emplace_back(node.lon() + turn, node.lat());
+  for (const osmium::NodeRef& node : nodes) ring.emplace_back(node.lon() + rotation, node.lat());
   if (ring.size() > 1 && ring.front() == ring.back()) ring.pop_back();
   return ring;
 }
 
 /// libosmium's form of a way, required by the assembler.
-std::size_t append_osm_way(osmium::memory::Buffer& buffer, OsmId id, const OsmWay& route, double turn) {
+std::size_t append_osm_way(osmium::memory::Buffer& buffer, OsmId id, const OsmWay& route, double rotation) {
   {
     osmium::builder::WayBuilder builder(buffer);
     builder.set_id(id);
     osmium::builder::WayNodeListBuilder nodes(builder);
     for (std::size_t i = 0; i < route.nodes.size(); ++i) {
       nodes.add_node_ref(osmium::NodeRef(
-          route.nodes[i], osmium::Location(route.positions[i].x() - turn, route.positions[i].y())));
+          route.nodes[i], osmium::Location(route.positions[i].x() - rotation, route.positions[i].y())));
     }
   }
   return buffer.commit();
 }
 
-std::vector<MapPolygon> polygons_of(const osmium::memory::Buffer& buffer, double turn) {
+std::vector<MapPolygon> polygons_of(const osmium::memory::Buffer& buffer, double rotation) {
   std::vector<MapPolygon> polygons;
   for (const auto& area : buffer.select<osmium::Area>()) {
     for (const auto& outer : area.outer_rings()) {
       MapPolygon polygon;
-      polygon.outer = ring_of(outer, turn);
-      for (const auto& inner : area.inner_rings(outer)) polygon.inners.push_back(ring_of(inner, turn));
+      polygon.outer = ring_of(outer, rotation);
+      for (const auto& inner : area.inner_rings(outer)) polygon.inners.push_back(ring_of(inner, rotation));
       polygons.push_back(std::move(polygon));
     }
   }
@@ -138,7 +138,7 @@ std::vector<MapPolygon> by_roles(const RingMembers& members) {
 std::vector<MapPolygon> assemble(OsmId id, const RingMembers& members, std::string& note) {
   osmium::memory::Buffer routes(4096, osmium::memory::Buffer::auto_grow::yes);
   std::vector<std::size_t> offsets;
-  const double turn = turn_for_osmium(members);
+  const double rotation = rotation_for_osmium(members);
   for (std::size_t i = 0; i < members.size(); ++i) {
     // The assembler uses a way once; ids only need to be different for different ways.
     const auto same = std::find_if(members.begin(), members.begin() + static_cast<std::ptrdiff_t>(i),
@@ -146,7 +146,7 @@ std::vector<MapPolygon> assemble(OsmId id, const RingMembers& members, std::stri
     if (same != members.begin() + static_cast<std::ptrdiff_t>(i))
       offsets.push_back(offsets[static_cast<std::size_t>(same - members.begin())]);
     else
-      offsets.push_back(append_osm_way(routes, static_cast<OsmId>(i + 1), *members[i].first, turn));
+      offsets.push_back(append_osm_way(routes, static_cast<OsmId>(i + 1), *members[i].first, rotation));
   }
   osmium::memory::Buffer relations(4096, osmium::memory::Buffer::auto_grow::yes);
   {
@@ -165,7 +165,7 @@ std::vector<MapPolygon> assemble(OsmId id, const RingMembers& members, std::stri
   osmium::area::Assembler assembler(config);
   osmium::memory::Buffer areas(4096, osmium::memory::Buffer::auto_grow::yes);
   if (assembler(relations.get<const osmium::Relation>(0), pointers, areas)) {
-    std::vector<MapPolygon> polygons = polygons_of(areas, turn);
+    std::vector<MapPolygon> polygons = polygons_of(areas, rotation);
     if (!polygons.empty()) return polygons;
   }
   std::vector<MapPolygon> polygons = by_roles(members);

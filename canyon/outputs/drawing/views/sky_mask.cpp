@@ -20,8 +20,8 @@ constexpr int kBisections = 5;
 
 bool SkyMask::hidden(double azimuth_rad, double elevation_rad) const {
   if (azimuths.empty()) return false;
-  const double turns = azimuth_rad / (2 * geodesy::kPi);
-  const double sector = (turns - std::floor(turns)) * static_cast<double>(azimuths.size());
+  const double cycles = azimuth_rad / (2 * geodesy::kPi);
+  const double sector = (cycles - std::floor(cycles)) * static_cast<double>(azimuths.size());
   const auto& stretches = azimuths[std::min(static_cast<std::size_t>(sector), azimuths.size() - 1)];
   return std::any_of(stretches.begin(), stretches.end(), [elevation_rad](const Stretch& s) {
     return elevation_rad >= s.low_rad && elevation_rad <= s.high_rad;

@@ -187,8 +187,8 @@ bool SbfCommands::is_due(std::uint16_t block, std::int64_t epoch_ms) {
   const std::optional<std::int64_t> interval = interval_ms(block);
   if (!interval) return false;
   if (*interval == 0) return true;
-  const std::int64_t turn = epoch_ms / *interval;
-  return std::exchange(last_turn_[block], turn) != turn;
+  const std::int64_t round = epoch_ms / *interval;
+  return std::exchange(previous_rotation_[block], round) != round;
 }
 
 }  // namespace canyon::output::sbf

@@ -56,7 +56,7 @@ class SbfCommands {
 
   std::string line_, first_;
   std::map<std::string, Stream> streams_;
-  std::map<std::uint16_t, std::int64_t> last_turn_;
+  std::map<std::uint16_t, std::int64_t> previous_rotation_;
   std::int64_t quiet_until_ms_ = 0;  ///< GPS time until which no block is sent
   std::optional<int> baud_;
   std::optional<disturbance::RestartKind> restart_;

@@ -290,10 +290,11 @@ std::string relative_position(const UbxEpoch& epoch) {
     flags |= 1 << 2;  // relPosValid
     flags |= (b.kind == positioning::FixKind::Fixed ? 2 : 1) << 3;
     flags |= (b.moving_base ? 1 : 0) << 5;
-    const Eigen::Matrix3d turn = geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(b.base_ecef)) *
-                                 geodesy::enu_from_ecef_rotation(fix.position).transpose();
-    b.vector_enu = turn * b.vector_enu;
-    b.covariance_enu = turn * b.covariance_enu * turn.transpose();
+    const Eigen::Matrix3d rotation =
+        geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(b.base_ecef)) *
+        geodesy::enu_from_ecef_rotation(fix.position).transpose();
+    b.vector_enu = rotation * b.vector_enu;
+    b.covariance_enu = rotation * b.covariance_enu * rotation.transpose();
     const Eigen::Vector3d along = b.vector_enu.normalized();  // zero length: 0
     length_sigma_m = std::sqrt(along.dot(b.covariance_enu * along));
     heading_deg = geodesy::degrees(b.heading_rad());

@@ -181,9 +181,9 @@ TEST(Scintillation, PhaseHasItsDeviationCorrelationAndRate) {
     propagation::Arrival first = two_satellites(), second = two_satellites();
     storm.apply(antenna(40.0 * i), first);
     storm.apply(antenna(40.0 * i + 2), second);
-    squares += std::pow(first.views[0].carrier_turn_rad, 2);
-    rates += std::pow(first.views[0].carrier_turn_radps, 2);
-    products += first.views[0].carrier_turn_rad * second.views[0].carrier_turn_rad;
+    squares += std::pow(first.views[0].carrier_phase_offset_rad, 2);
+    rates += std::pow(first.views[0].carrier_phase_rate_radps, 2);
+    products += first.views[0].carrier_phase_offset_rad * second.views[0].carrier_phase_offset_rad;
   }
   const double variance = 0.36, sampling = 4 * std::sqrt(2.0 / kCount);
   EXPECT_NEAR(squares / kCount, variance, variance * sampling);

@@ -84,13 +84,13 @@ bool AntennaFault::concerns(const Eigen::Vector3d& direction) const {
   const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(direction);
   if (look.elevation_rad < options_.elevation_from_rad || look.elevation_rad > options_.elevation_to_rad)
     return false;
-  constexpr double kTurn = 2 * geodesy::kPi;
+  constexpr double kTwoPi = 2 * geodesy::kPi;
   const auto clockwise = [](double from, double to) {
-    const double angle = std::fmod(to - from, kTurn);
-    return angle < 0 ? angle + kTurn : angle;
+    const double angle = std::fmod(to - from, kTwoPi);
+    return angle < 0 ? angle + kTwoPi : angle;
   };
   const double width = options_.azimuth_to_rad - options_.azimuth_from_rad;
-  if (std::abs(width) >= kTurn) return true;
+  if (std::abs(width) >= kTwoPi) return true;
   return clockwise(options_.azimuth_from_rad, look.azimuth_rad) <=
          clockwise(options_.azimuth_from_rad, options_.azimuth_to_rad);
 }

@@ -166,8 +166,8 @@ void Scintillation::apply(const propagation::Antenna& antenna, propagation::Arri
     const double amplitude = std::sqrt(power(here.amplitude_normal));
     for (propagation::Path& path : view.paths.paths)
       if (from_satellite(path)) path.amplitude_factor *= amplitude;
-    view.carrier_turn_rad += options_.sigma_phi_rad * here.phase.x();
-    view.carrier_turn_radps += options_.sigma_phi_rad * here.phase.y();
+    view.carrier_phase_offset_rad += options_.sigma_phi_rad * here.phase.x();
+    view.carrier_phase_rate_radps += options_.sigma_phi_rad * here.phase.y();
   }
 }
 

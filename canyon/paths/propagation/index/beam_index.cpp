@@ -21,7 +21,7 @@ constexpr float kNothing = -1e30f;
 /// Facets whose normals are within this of the horizontal are walls; within this of the vertical, level.
 constexpr double kTilt = 1e-3;
 /// Largest difference of the z of s' = s - 2 (s . n) n from s_z and -s_z, with roundings to float.
-constexpr double kTurn = 2 * kTilt + 2 * kTilt * kTilt + 1e-6;
+constexpr double kMaxRotation = 2 * kTilt + 2 * kTilt * kTilt + 1e-6;
 
 /// A beam in floats relative to the centre of a set. `slack` covers the roundings of coordinates of both.
 struct FloatBeam {
@@ -159,7 +159,7 @@ CANYON_CLONES void slice_caps(const float* __restrict at, const float* __restric
   }
 }
 
-void turn(Caps& caps, const Eigen::Matrix3f& rotation) {
+void rotate(Caps& caps, const Eigen::Matrix3f& rotation) {
   for (std::size_t i = 0; i < kLanes; ++i) {
     const Eigen::Vector3f v = rotation * Eigen::Vector3f(caps.x[i], caps.y[i], caps.z[i]);
     caps.x[i] = v.x(), caps.y[i] = v.y(), caps.z[i] = v.z();
@@ -359,15 +359,15 @@ void BeamIndex::find(const Beam& beam, Blocks& blocks, const DirectionBins& bins
   out.clear();
   Query query{FloatBeam(beam, centre_, radius_), &bins, outer_from_set, 0, DirectionBins::kSlices - 1};
   query.beam.spread = static_cast<float>(spread);
-  const double turned = kTurn + spread;
+  const double rotated = kMaxRotation + spread;
   find(query, blocks, kSloped, out);
   for (const std::size_t tree : {kLevel, kWalls}) {
     if (outer_from_set == nullptr) {
-      const double low = (tree == kWalls ? beam.low_z : -beam.high_z) - turned;
-      const double high = (tree == kWalls ? beam.high_z : -beam.low_z) + turned;
+      const double low = (tree == kWalls ? beam.low_z : -beam.high_z) - rotated;
+      const double high = (tree == kWalls ? beam.high_z : -beam.low_z) + rotated;
       const double least = bins.least_z(low, high);
       if (least > 1) continue;
-      if (tree == kWalls) query.beam.set_climb(least - turned);
+      if (tree == kWalls) query.beam.set_climb(least - rotated);
       query.low_slice = DirectionBins::slice(static_cast<float>(low));
       query.high_slice = DirectionBins::slice(static_cast<float>(high));
     }
@@ -410,7 +410,7 @@ void BeamIndex::find(const Query& query, Blocks& blocks, std::size_t tree, std::
     }
     Caps caps;
     make_caps(b, facets, caps);
-    if (query.outer_from_set != nullptr) turn(caps, query.outer_from_set->linear().cast<float>());
+    if (query.outer_from_set != nullptr) rotate(caps, query.outer_from_set->linear().cast<float>());
     SliceBoxes slices;
     slice_caps(caps.x, caps.reach, slices.low[0], slices.high[0]);
     slice_caps(caps.y, caps.reach, slices.low[1], slices.high[1]);

@@ -25,7 +25,7 @@ const double kSameDirection = std::cos(geodesy::radians(0.5));
 constexpr double kLineTolerance = 0.5e-3;  // m
 constexpr double kSameFace = 1e-3;  // rad about the edge: duplicate faces, common walls of two buildings
 /// Faces deviate from one plane by at least 5 deg; seams of rounded walls stay below it.
-constexpr double kMinTurn_rad = 0.087266462599716477;
+constexpr double kMinRotation_rad = 0.087266462599716477;
 constexpr double kFloorTolerance = 1e-3;  // m
 constexpr double kEndSlack = 1e-9;        // m
 constexpr double kMinSine = 1e-6;         // between edge and satellite
@@ -107,7 +107,7 @@ void order_faces(std::vector<Face>& faces) {
   faces.resize(kept);
 }
 
-/// Appends the wedges of air about one edge of the mesh, those wider than a half-space by kMinTurn_rad.
+/// Appends the wedges of air about one edge of the mesh, those wider than a half-space by kMinRotation_rad.
 void append_wedges(const std::vector<Face>& faces, const Piece& blank, std::vector<Piece>& pieces) {
   const bool one_sheet =
       faces.size() == 1 || (faces.size() == 2 && faces[0].ascending && !faces[1].ascending &&
@@ -127,7 +127,7 @@ void append_wedges(const std::vector<Face>& faces, const Piece& blank, std::vect
     if (!from.ascending || to.ascending) continue;
     double air = to.angle - from.angle;
     if (i + 1 == faces.size()) air += 2 * kPi;
-    if (air < kPi + kMinTurn_rad) continue;
+    if (air < kPi + kMinRotation_rad) continue;
     Piece piece = blank;
     piece.edge.exterior_rad = std::min(air, 2 * kPi);
     piece.edge.normal = {from.normal, to.normal};

@@ -141,8 +141,8 @@ FacadeLight::Direction FacadeLight::direction(const Vector3d& towards) {
   const double ring = std::min(kRings - 1.0, std::floor(elevation / kDegree + kRings / 2));
   const double low = (ring + 0.5 - kRings / 2) * kDegree;
   const double azimuths = std::max(1.0, std::round(2 * kRings * std::cos(low)));
-  const double turns = std::atan2(towards.x(), towards.y()) / (2 * geodesy::kPi);
-  const double azimuth = std::min(azimuths - 1, std::floor((turns < 0 ? turns + 1 : turns) * azimuths));
+  const double cycles = std::atan2(towards.x(), towards.y()) / (2 * geodesy::kPi);
+  const double azimuth = std::min(azimuths - 1, std::floor((cycles < 0 ? cycles + 1 : cycles) * azimuths));
   const double middle = 2 * geodesy::kPi * (azimuth + 0.5) / azimuths;
   Direction result;
   result.number = static_cast<std::uint32_t>(ring) << kAzimuthBits | static_cast<std::uint32_t>(azimuth);

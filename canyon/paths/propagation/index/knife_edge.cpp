@@ -51,9 +51,9 @@ Complex fresnel_tail(double x) {
   // (1 + j)/2 erfc(z) with e^(-z^2) = e^(j pi x^2 / 2) and 2z / sqrt(pi) = (1 - j) x. The cycles x^2/4 are
   // computed from x = whole + part (whole^2 mod 4 is 0 or 1): x^2 itself would lose the fraction's digits.
   const double whole = std::floor(x), part = x - whole;
-  const double turns =
+  const double cycles =
       (std::fmod(whole, 2.0) == 0 ? 0.0 : 0.25) + std::fmod(whole * part / 2, 1.0) + part * part / 4;
-  return x * h * std::polar(1.0, 2 * kPi * turns);
+  return x * h * std::polar(1.0, 2 * kPi * cycles);
 }
 
 }  // namespace

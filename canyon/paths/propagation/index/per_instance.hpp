@@ -43,11 +43,11 @@ class SetPose {
 
   [[nodiscard]] bool is_own() const { return pose_ == nullptr; }
   [[nodiscard]] const Eigen::Isometry3d* get() const { return pose_; }
-  /// Rotates a direction of the set to ENU; turned_back() is the inverse.
-  [[nodiscard]] Eigen::Vector3d turned(const Eigen::Vector3d& v) const {
+  /// Rotates a direction of the set to ENU; rotated_to_local() is the inverse.
+  [[nodiscard]] Eigen::Vector3d rotated(const Eigen::Vector3d& v) const {
     return is_own() ? v : Eigen::Vector3d(pose_->linear() * v);
   }
-  [[nodiscard]] Eigen::Vector3d turned_back(const Eigen::Vector3d& v) const {
+  [[nodiscard]] Eigen::Vector3d rotated_to_local(const Eigen::Vector3d& v) const {
     return is_own() ? v : Eigen::Vector3d(pose_->linear().transpose() * v);
   }
   /// Transforms a point of the set to ENU, and back.

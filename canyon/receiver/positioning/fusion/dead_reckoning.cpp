@@ -302,13 +302,13 @@ struct DeadReckoning::State {
     result.position_ecef = state.position_m + arm + (time - state.time) * velocity;
     result.position = geodesy::geodetic_from_ecef(result.position_ecef);
     const Matrix3d enu = geodesy::enu_from_ecef_rotation(result.position);
-    const auto turned = [&](int at) -> Matrix3d {
+    const auto rotated = [&](int at) -> Matrix3d {
       return enu * estimate->p.block<3, 3>(at, at) * enu.transpose();
     };
-    result.covariance_enu = turned(kPositionError);
+    result.covariance_enu = rotated(kPositionError);
     result.covariance_enu.diagonal() += space_variance;
     result.velocity_enu_mps = enu * velocity;
-    result.velocity_covariance_enu = turned(kVelocityError);
+    result.velocity_covariance_enu = rotated(kVelocityError);
     result.status = result.covariance_enu.trace() <= options.max_sigma_m * options.max_sigma_m
                         ? FixStatus::Fix
                         : FixStatus::WeakGeometry;
@@ -317,7 +317,7 @@ struct DeadReckoning::State {
       result.residuals_m.clear();
       result.dop.reset();
     }
-    result.fusion = status(enu, turned(kAttitudeError));
+    result.fusion = status(enu, rotated(kAttitudeError));
     return result;
   }
 

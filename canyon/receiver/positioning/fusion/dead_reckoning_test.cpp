@@ -24,7 +24,7 @@ constexpr double kImu_s = 0.01, kEpoch_s = 0.2, kWheel_s = 0.1;
 /// kilometre the plane differs from the ellipsoid by 2 cm.
 struct Plane {
   [[nodiscard]] double speed(double t) const { return t < 10 ? 0 : t < 20 ? t - 10 : 10; }
-  [[nodiscard]] double turn(double t) const { return t > 30 ? 0.1 * std::sin(0.2 * (t - 30)) : 0; }
+  [[nodiscard]] double yaw_rate(double t) const { return t > 30 ? 0.1 * std::sin(0.2 * (t - 30)) : 0; }
 };
 
 /// Readings of error-free sensors on the plane, and their positions.
@@ -47,7 +47,7 @@ class Drive {
     const Vector3d gravity = geodesy::normal_gravity(geodesy::ecef_from_geodetic(kHome));
     const Vector3d earth(0, 0, geodesy::kEarthRotationRate);
     for (int k = 0; k < static_cast<int>(std::lround(kEpoch_s / kImu_s)); ++k) {
-      const double before_mps = plane.speed(t_s), rate = plane.turn(t_s + kImu_s / 2);
+      const double before_mps = plane.speed(t_s), rate = plane.yaw_rate(t_s + kImu_s / 2);
       t_s += kImu_s;
       const double push = (plane.speed(t_s) - before_mps) / kImu_s;
       const double middle = (before_mps + plane.speed(t_s)) / 2;
@@ -87,7 +87,7 @@ class Drive {
     const double speed = plane.speed(t_s);
     const Vector3d arm = Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()) * mounting.antenna_m;
     result.velocity_enu_mps = speed * Vector3d(std::cos(yaw_rad), std::sin(yaw_rad), 0) +
-                              plane.turn(t_s) * Vector3d::UnitZ().cross(arm);
+                              plane.yaw_rate(t_s) * Vector3d::UnitZ().cross(arm);
     result.velocity_covariance_enu = 0.0025 * Eigen::Matrix3d::Identity();
     result.used = {
         {gnss::System::GPS, 1}, {gnss::System::GPS, 2}, {gnss::System::GPS, 3}, {gnss::System::GPS, 4}};

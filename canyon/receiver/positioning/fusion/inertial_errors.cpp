@@ -24,7 +24,7 @@ ErrorMatrix dynamics(const InertialState& state, const ImuReading& motion, const
   ErrorMatrix f = ErrorMatrix::Zero();
   f.block<3, 3>(kAttitudeError, kAttitudeError) = -earth;
   f.block<3, 3>(kAttitudeError, kGyroscopeBias) = -c;
-  f.block<3, 1>(kAttitudeError, kTurnScale) = -c.col(2) * motion.angular_rate_radps.z();
+  f.block<3, 1>(kAttitudeError, kRotationScale) = -c.col(2) * motion.angular_rate_radps.z();
   f.block<3, 3>(kVelocityError, kAttitudeError) = -skew(c * motion.specific_force_mps2);
   f.block<3, 3>(kVelocityError, kVelocityError) = -2 * earth;
   // Gravity decreases with the square of the distance from the Earth's centre (Groves 14.31).
@@ -50,7 +50,7 @@ ImuReading SensorErrors::corrected(const ImuReading& reading) const {
   ImuReading motion = reading;
   motion.specific_force_mps2 -= accelerometer_bias;
   motion.angular_rate_radps -= gyroscope_bias;
-  motion.angular_rate_radps.z() /= 1 + turn_scale;
+  motion.angular_rate_radps.z() /= 1 + rotation_scale;
   return motion;
 }
 
@@ -58,12 +58,12 @@ void InertialEstimate::predict(const ImuReading& motion, double dt_s, const Vect
                                const SensorMounting& sensors_of) {
   const ErrorMatrix step = ErrorMatrix::Identity() + dt_s * dynamics(state, motion, gravity_mps2);
   p = (step * p * step.transpose()).eval();
-  const double turning = motion.angular_rate_radps.norm();
+  const double rotation_rate = motion.angular_rate_radps.norm();
   const double pushing = motion.specific_force_mps2.head<2>().norm();
   const auto add = [&](int first, int count, double density_of) {
     for (int i = first; i < first + count; ++i) p(i, i) += density_of * dt_s;
   };
-  add(kAttitudeError, 3, density(sensors_of.gyroscope, turning));
+  add(kAttitudeError, 3, density(sensors_of.gyroscope, rotation_rate));
   add(kVelocityError, 3, density(sensors_of.accelerometer, pushing));
   add(kAccelerometerBias, 3, bias_density(sensors_of.accelerometer));
   add(kGyroscopeBias, 3, bias_density(sensors_of.gyroscope));
@@ -84,16 +84,16 @@ void InertialEstimate::correct(const ErrorVector& error) {
   sensors.accelerometer_bias += error.segment<3>(kAccelerometerBias);
   sensors.gyroscope_bias += error.segment<3>(kGyroscopeBias);
   sensors.wheel_scale += error(kWheelScale);
-  sensors.turn_scale += error(kTurnScale);
+  sensors.rotation_scale += error(kRotationScale);
 }
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-Quaterniond rotation_of(const Vector3d& turn) {
-  const double angle = turn.norm();
+Quaterniond rotation_of(const Vector3d& rotation) {
+  const double angle = rotation.norm();
   if (angle == 0) return Quaterniond::Identity();
-  return Quaterniond(Eigen::AngleAxisd(angle, turn / angle));
+  return Quaterniond(Eigen::AngleAxisd(angle, rotation / angle));
 }
 
 Eigen::Matrix3d skew(const Vector3d& a) {
@@ -104,16 +104,17 @@ Eigen::Matrix3d skew(const Vector3d& a) {
 
 void carry(InertialState& state, const ImuReading& motion, double dt_s, const Vector3d& gravity_mps2) {
   const Vector3d earth(0, 0, geodesy::kEarthRotationRate);
-  const Vector3d turn = motion.angular_rate_radps * dt_s, push = motion.specific_force_mps2 * dt_s;
+  const Vector3d rotation = motion.angular_rate_radps * dt_s, push = motion.specific_force_mps2 * dt_s;
   // The force rotates with the body, and the axes with the Earth.
-  const Vector3d pushed = state.ecef_from_body * (push + 0.5 * turn.cross(push));
+  const Vector3d pushed = state.ecef_from_body * (push + 0.5 * rotation.cross(push));
   const Vector3d pushed_on_earth = pushed - 0.5 * dt_s * earth.cross(pushed);
   // Coriolis at the middle of the interval.
   const Vector3d middle = state.velocity_mps + 0.5 * (pushed + gravity_mps2 * dt_s);
   const Vector3d before = state.velocity_mps;
   state.velocity_mps += pushed_on_earth + (gravity_mps2 - 2 * earth.cross(middle)) * dt_s;
   state.position_m += 0.5 * dt_s * (before + state.velocity_mps);
-  state.ecef_from_body = (rotation_of(-dt_s * earth) * state.ecef_from_body * rotation_of(turn)).normalized();
+  state.ecef_from_body =
+      (rotation_of(-dt_s * earth) * state.ecef_from_body * rotation_of(rotation)).normalized();
   state.time = state.time + dt_s;
 }
 

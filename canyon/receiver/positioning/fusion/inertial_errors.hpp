@@ -22,8 +22,8 @@ struct InertialState {
   [[nodiscard]] Eigen::Matrix3d rotation() const { return ecef_from_body.toRotationMatrix(); }
 };
 
-/// The rotation about `turn` by its length [rad].
-[[nodiscard]] Eigen::Quaterniond rotation_of(const Eigen::Vector3d& turn);
+/// The rotation about `rotation` by its length [rad].
+[[nodiscard]] Eigen::Quaterniond rotation_of(const Eigen::Vector3d& rotation);
 
 /// The matrix of the cross product: skew(a) b = a x b.
 [[nodiscard]] Eigen::Matrix3d skew(const Eigen::Vector3d& a);
@@ -43,7 +43,7 @@ inline constexpr int kPositionError = 6;
 inline constexpr int kAccelerometerBias = 9;
 inline constexpr int kGyroscopeBias = 12;
 inline constexpr int kWheelScale = 15;
-inline constexpr int kTurnScale = 16;
+inline constexpr int kRotationScale = 16;
 inline constexpr int kInertialErrors = 17;
 using ErrorVector = Eigen::Matrix<double, kInertialErrors, 1>;
 using ErrorMatrix = Eigen::Matrix<double, kInertialErrors, kInertialErrors>;
@@ -52,7 +52,7 @@ using ErrorMatrix = Eigen::Matrix<double, kInertialErrors, kInertialErrors>;
 struct SensorErrors {
   Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();  ///< [m/s^2]
   Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();      ///< [rad/s]
-  double wheel_scale = 0, turn_scale = 0;
+  double wheel_scale = 0, rotation_scale = 0;
 
   [[nodiscard]] ImuReading corrected(const ImuReading& reading) const;
 };

@@ -47,13 +47,13 @@ void go_on(InertialEstimate& estimate, double dt_s) {
 /// Truth minus estimate, in the order of the errors.
 ErrorVector difference(const InertialEstimate& truth, const InertialEstimate& estimate) {
   ErrorVector error;
-  const Eigen::AngleAxisd turn(truth.state.ecef_from_body * estimate.state.ecef_from_body.inverse());
-  error << turn.angle() * turn.axis(), truth.state.velocity_mps - estimate.state.velocity_mps,
+  const Eigen::AngleAxisd rotation(truth.state.ecef_from_body * estimate.state.ecef_from_body.inverse());
+  error << rotation.angle() * rotation.axis(), truth.state.velocity_mps - estimate.state.velocity_mps,
       truth.state.position_m - estimate.state.position_m,
       truth.sensors.accelerometer_bias - estimate.sensors.accelerometer_bias,
       truth.sensors.gyroscope_bias - estimate.sensors.gyroscope_bias,
       truth.sensors.wheel_scale - estimate.sensors.wheel_scale,
-      truth.sensors.turn_scale - estimate.sensors.turn_scale;
+      truth.sensors.rotation_scale - estimate.sensors.rotation_scale;
   return error;
 }
 
@@ -82,7 +82,7 @@ TEST(InertialErrors, PredictionIsThatOfTheMechanisation) {
         truth.sensors.gyroscope_bias[i - 12] += size;
         break;
       default:
-        (i == kWheelScale ? truth.sensors.wheel_scale : truth.sensors.turn_scale) += size;
+        (i == kWheelScale ? truth.sensors.wheel_scale : truth.sensors.rotation_scale) += size;
     }
     estimate.p(i, i) = size * size;
     for (int k = 0; k < kSteps; ++k) {

@@ -23,7 +23,7 @@ InertialState level_state() {
       Eigen::Quaterniond(Eigen::Matrix3d(geodesy::enu_from_ecef_rotation(kMunich).transpose()));
   return state;
 }
-const Vector3d kEarthTurn(0, 0, geodesy::kEarthRotationRate);
+const Vector3d kEarthRotation(0, 0, geodesy::kEarthRotationRate);
 
 TEST(Strapdown, SkewIsTheCrossProduct) {
   const Vector3d a(1, -2, 3), b(0.5, 4, -1);
@@ -35,7 +35,7 @@ TEST(Strapdown, RestStaysRest) {
   InertialState state = level_state();
   const Vector3d begin = state.position_m, gravity = geodesy::normal_gravity(begin);
   const Eigen::Quaterniond attitude = state.ecef_from_body;
-  const ImuReading still{{}, attitude.inverse() * -gravity, attitude.inverse() * kEarthTurn};
+  const ImuReading still{{}, attitude.inverse() * -gravity, attitude.inverse() * kEarthRotation};
   for (int k = 0; k < 6000; ++k) carry(state, still, 0.01, gravity);
   EXPECT_LT((state.position_m - begin).norm(), 1e-6);
   EXPECT_LT(state.velocity_mps.norm(), 1e-7);
@@ -56,8 +56,8 @@ TEST(Strapdown, ACircleCloses) {
     const Eigen::Matrix3d body_from_ecef = state.rotation().transpose();
     // Centripetal to the left, gravity's reaction, and Coriolis, which the force has to balance.
     const Vector3d felt = Vector3d(0, kRate * kSpeed, 0) +
-                          body_from_ecef * (2 * kEarthTurn.cross(state.velocity_mps) - gravity);
-    carry(state, {{}, felt, Vector3d(0, 0, kRate) + body_from_ecef * kEarthTurn}, dt_s, gravity);
+                          body_from_ecef * (2 * kEarthRotation.cross(state.velocity_mps) - gravity);
+    carry(state, {{}, felt, Vector3d(0, 0, kRate) + body_from_ecef * kEarthRotation}, dt_s, gravity);
   }
   EXPECT_LT((state.position_m - begin).norm(), 0.01);
   EXPECT_LT((state.velocity_mps - ecef_from_enu * Vector3d(kSpeed, 0, 0)).norm(), 1e-3);

@@ -85,12 +85,13 @@ void VehicleConstraints::take_rest(InertialEstimate& estimate, const ImuReading&
   velocity.noise = square(kStill_mps) * Matrix3d::Identity();
   estimate.take(velocity);
   // A gyroscope at rest measures its bias and Earth's rotation.
-  Innovation<3> turn;
-  turn.value = mean.angular_rate_radps - estimate.sensors.gyroscope_bias -
-               estimate.state.rotation().transpose() * kEarth;
-  turn.gradient.block<3, 3>(0, kGyroscopeBias).setIdentity();
-  turn.noise = (square(mounting_.gyroscope.white) + square(kStill_radps)) * lasts * Matrix3d::Identity();
-  estimate.take(turn);
+  Innovation<3> rotation_angle;
+  rotation_angle.value = mean.angular_rate_radps - estimate.sensors.gyroscope_bias -
+                         estimate.state.rotation().transpose() * kEarth;
+  rotation_angle.gradient.block<3, 3>(0, kGyroscopeBias).setIdentity();
+  rotation_angle.noise =
+      (square(mounting_.gyroscope.white) + square(kStill_radps)) * lasts * Matrix3d::Identity();
+  estimate.take(rotation_angle);
 }
 
 StandstillDetector::StandstillDetector(const SensorMounting& mounting)
@@ -177,8 +178,9 @@ std::optional<InertialEstimate> InitialAttitude::begin(const Fix& fix, const Imu
   const Vector3d& velocity = *fix.velocity_enu_mps;
   const double speed = velocity.head<2>().norm();
   if (speed < options.alignment_speed_mps) return std::nullopt;
-  const double turning = mean.angular_rate_radps.z() - (at_rest_ ? at_rest_->angular_rate_radps.z() : 0);
-  if (std::abs(turning) > kStraight_radps) return std::nullopt;
+  const double rotation_rate =
+      mean.angular_rate_radps.z() - (at_rest_ ? at_rest_->angular_rate_radps.z() : 0);
+  if (std::abs(rotation_rate) > kStraight_radps) return std::nullopt;
   const Vector3d across = Vector3d(-velocity.y(), velocity.x(), 0) / speed;
   const double course_sigma = std::sqrt(across.dot(*fix.velocity_covariance_enu * across)) / speed;
   if (course_sigma > kGoodCourse_rad) return std::nullopt;
@@ -228,7 +230,7 @@ std::optional<InertialEstimate> InitialAttitude::begin(const Fix& fix, const Imu
     p(kGyroscopeBias + i, kGyroscopeBias + i) = squared(gyroscope_sigma);
   }
   p(kWheelScale, kWheelScale) = squared(mounting_.wheels ? mounting_.wheels->scale + 1e-4 : 0);
-  p(kTurnScale, kTurnScale) = squared(gyroscope.scale + 1e-6);
+  p(kRotationScale, kRotationScale) = squared(gyroscope.scale + 1e-6);
   return started;
 }
 

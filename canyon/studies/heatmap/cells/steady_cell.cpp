@@ -17,8 +17,8 @@ using Eigen::Vector3d;
 using propagation::Path;
 using propagation::PathKind;
 
-std::complex<double> phasor(double turns) {
-  return std::polar(1.0, -2 * geodesy::kPi * (turns - std::trunc(turns)));
+std::complex<double> phasor(double cycles) {
+  return std::polar(1.0, -2 * geodesy::kPi * (cycles - std::trunc(cycles)));
 }
 
 /// Whether cells use a path of their node.
@@ -219,7 +219,7 @@ SteadyCell::PathSum SteadyCell::path_sum(const SteadySatellite& s, const CellPat
   }
   const tracking::DllOptions& dll = s.code->tracker().options();
   const double coherence_m = tracking::kCoherenceWavelengths * s.wavelength_m;
-  const std::complex<double> rate(path.excess_m * s.turning_radps / coherence_m,
+  const std::complex<double> rate(path.excess_m * s.direction_rate_radps / coherence_m,
                                   -2 * geodesy::kPi * fading_hz);
   const tracking::BundleShare bundle = tracking::bundle_share(rate, dll.loop_bandwidth_hz, dll.integration_s);
   const std::complex<double> unit = path.amplitude / std::sqrt(power) * std::sqrt(bundle.coherent);

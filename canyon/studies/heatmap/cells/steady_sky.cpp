@@ -82,7 +82,7 @@ SteadySatellite SteadySky::satellite_of(const TileErrors& common, const orbit::L
                                         Locks& locks) {
   SteadySatellite s;
   s.line = line;
-  s.turning_radps = propagation::SatelliteView{line, {}}.turning_radps();
+  s.direction_rate_radps = propagation::SatelliteView{line, {}}.direction_rate_radps();
   s.signal = common.signal_of(line.id);
   s.carrier_hz = gnss::carrier_hz(*s.signal, line.state.carrier_frequency_hz);
   s.wavelength_m = geodesy::kSpeedOfLight / s.carrier_hz;

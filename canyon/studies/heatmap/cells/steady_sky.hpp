@@ -22,9 +22,9 @@ namespace canyon::heatmap {
 /// A satellite above the mask of a tile, and its position-independent values in the receivers of all lanes.
 /// Lane 0 is the receiver without noise, lane d + 1 that of realization d; lists of lanes are padded.
 struct SteadySatellite {
-  orbit::LineOfSight line;    ///< from the tile's centre
-  Eigen::Vector3d direction;  ///< unit, ENU of the city
-  double turning_radps = 0;   ///< SatelliteView::turning_radps()
+  orbit::LineOfSight line;          ///< from the tile's centre
+  Eigen::Vector3d direction;        ///< unit, ENU of the city
+  double direction_rate_radps = 0;  ///< SatelliteView::direction_rate_radps()
   const gnss::Signal* signal = nullptr;
   double carrier_hz = 0, wavelength_m = 0;
   std::shared_ptr<const tracking::LaneCodeLock> code;

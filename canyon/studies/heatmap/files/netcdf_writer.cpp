@@ -103,9 +103,9 @@ class NetcdfWriter {
       file_.put_text(variable, "bounds", bounds_name);
       bounds = file_.define_variable(bounds_name, NC_DOUBLE, {dim, corner_dim});
     };
-    const bool turned = source_.frame.heading_rad() != 0;
-    axis(layout::kY, y_dim_, "Y", turned ? "y" : "north", y_, y_bounds_);
-    axis(layout::kX, x_dim_, "X", turned ? "x" : "east", x_, x_bounds_);
+    const bool rotated = source_.frame.heading_rad() != 0;
+    axis(layout::kY, y_dim_, "Y", rotated ? "y" : "north", y_, y_bounds_);
+    axis(layout::kX, x_dim_, "X", rotated ? "x" : "east", x_, x_bounds_);
 
     if (!with_latitude_) return;
     latitude_ = file_.define_variable("lat", NC_DOUBLE, {y_dim_, x_dim_});

@@ -183,9 +183,9 @@ SignalCount compare_signals(const simulation::Environment& environment, const Pr
       }
       ++count.different;
       bool at_an_edge = false;
-      for (int turn = 0; turn < 12 && !at_an_edge; ++turn) {
+      for (int round = 0; round < 12 && !at_an_edge; ++round) {
         for (const double share : {1.0, 0.3}) {
-          const double angle = 2 * geodesy::kPi * turn / 12;
+          const double angle = 2 * geodesy::kPi * round / 12;
           const Vector3d shift = share * edge_m * Vector3d(std::cos(angle), std::sin(angle), 0);
           propagator.trace(point + shift, std::span(directions).subspan(k, 1), std::span(moved).first(1));
           at_an_edge |= visibility_of(moved[0]) == signals.visibility[k][i] &&
