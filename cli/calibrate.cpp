@@ -57,12 +57,13 @@ simulation::Profile base_profile(const std::string& name) {
 /// The lines to add to the scenario for its city and its obstacles; empty if it need not change.
 std::vector<std::string> scenario_lines(const calibration::Calibration& result) {
   std::vector<std::string> lines;
-  if (const auto share = calibration::fitted_glass(result)) {
+  if (const auto fraction = calibration::fitted_glass(result)) {
     lines.push_back(fmt::format("city: {{facades: {{shares: [{}]}}}}",
-                                fmt::join(calibration::facade_shares(*share), ", ")));
+                                fmt::join(calibration::facade_fractions(*fraction), ", ")));
   }
-  if (const auto share = result.values.find(calibration::kSkylineShare); share != result.values.end())
-    lines.push_back(fmt::format("shadowing: {{skyline: {{share: {}}}}}", share->second));
+  if (const auto fraction = result.values.find(calibration::kSkylineFraction);
+      fraction != result.values.end())
+    lines.push_back(fmt::format("shadowing: {{skyline: {{share: {}}}}}", fraction->second));
   return lines;
 }
 
@@ -107,8 +108,8 @@ class CalibrationDrive : public RecordedDrive {
     simulation::ReceiverConfig receiver = scenario_.receivers.front();
     if (calibrated != nullptr) {
       calibration::set_values(calibrated->values, receiver);
-      if (const auto share = calibration::fitted_glass(*calibrated))
-        environment_ = drawn_environment(calibration::with_coated_glass(scenario_, *share));
+      if (const auto fraction = calibration::fitted_glass(*calibrated))
+        environment_ = drawn_environment(calibration::with_coated_glass(scenario_, *fraction));
     }
     Progress progress(fmt::format("{}comparing: {}", prefix_, called), quiet);
     compare_.progress = progress_of(progress);

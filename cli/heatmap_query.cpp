@@ -264,7 +264,7 @@ int query_path(const HeatmapQueryArguments& arguments, const StoredMap& map) {
     print_json(report, map);
     return kOk;
   }
-  const auto share = [&](std::size_t count) {
+  const auto fraction = [&](std::size_t count) {
     return fmt::format("{:.1f} %",
                        100 * static_cast<double>(count) / static_cast<double>(report.stations.size()));
   };
@@ -284,9 +284,9 @@ int query_path(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   if (report.no_fix) fmt::print("longest without fix  {}\n", stretch_text(*report.no_fix, report, map));
   if (report.no_answer > 0) {
     fmt::print("not computed         {} (inside buildings, under terrain, outside the area)\n",
-               share(report.no_answer));
+               fraction(report.no_answer));
   }
-  if (report.outside > 0) fmt::print("outside the map      {}\n", share(report.outside));
+  if (report.outside > 0) fmt::print("outside the map      {}\n", fraction(report.outside));
   fmt::print("{}\n", one_line(report));
   return kOk;
 }

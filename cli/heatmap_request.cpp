@@ -224,7 +224,7 @@ std::string command_of(const HeatmapArguments& arguments, const heatmap::Request
   using heatmap::Layer;
   if (has(Layer::HorizontalErrorExceedance)) add("--error-limit", fmt::format("{:g}", limits.error_m));
   if (has(Layer::ProtectedAvailability)) add("--alert-limit", fmt::format("{:g}", limits.alert_m));
-  if (has(Layer::ProtectionLevel) || has(Layer::ProtectedAvailability) || has(Layer::MisleadingShare))
+  if (has(Layer::ProtectionLevel) || has(Layer::ProtectedAvailability) || has(Layer::MisleadingFraction))
     add("--protection-factor", fmt::format("{:g}", limits.protection_factor));
   if (std::any_of(request.layers.begin(), request.layers.end(), heatmap::of_rtk))
     add("--rtk-time", std::to_string(limits.rtk_s));

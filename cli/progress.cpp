@@ -56,7 +56,7 @@ void Progress::update(std::size_t done, std::size_t total) {
   if (!bar_due && !line_due) return;
 
   const double elapsed_s = std::chrono::duration<double>(now - begin_).count();
-  const double share = static_cast<double>(done) / static_cast<double>(total);
+  const double fraction = static_cast<double>(done) / static_cast<double>(total);
   const auto worked = static_cast<double>(done - *found_);
   std::string about = unit_.empty() ? fmt::format("{} of {}", done, total)
                                     : fmt::format("{} of {} {}", short_count(static_cast<double>(done)),
@@ -70,15 +70,15 @@ void Progress::update(std::size_t done, std::size_t total) {
   }
   if (terminal_) {
     constexpr int kWidth = 32;
-    const int filled = static_cast<int>(share * kWidth);
+    const int filled = static_cast<int>(fraction * kWidth);
     fmt::print(stderr, "\r\033[K{} [{}{}] {:3.0f} % ({})", what_,
                std::string(static_cast<std::size_t>(filled), '#'),
-               std::string(static_cast<std::size_t>(kWidth - filled), '.'), share * 100, about);
+               std::string(static_cast<std::size_t>(kWidth - filled), '.'), fraction * 100, about);
     std::fflush(stderr);
     drawn_ = true;
     last_bar_ = now;
   } else {
-    fmt::print(stderr, "{}: {:.0f} % ({})\n", what_, share * 100, about);
+    fmt::print(stderr, "{}: {:.0f} % ({})\n", what_, fraction * 100, about);
     last_line_ = now;
   }
 }

@@ -25,7 +25,7 @@ constexpr std::size_t kFewestEpochs = 10;
 /// OpenStreetMap outlines (docs/results.md).
 constexpr double kTellingScore = 0.7;
 
-std::string share_name(double split) {
+std::string fraction_name(double split) {
   if (split == 0.5) return "half";
   return fmt::format("{:.0f} %", 100 * split);
 }
@@ -261,8 +261,8 @@ validation::Registration RecordedDrive::registration(const simulation::Georefere
 void RecordedDrive::choose_parts() {
   const std::size_t all = recording_.residuals.epochs.size();
   const std::string& part = arguments_.part;
-  const double share = recorded_.split.value_or(0.5);
-  const auto first = static_cast<std::size_t>(std::lround(share * static_cast<double>(all)));
+  const double fraction = recorded_.split.value_or(0.5);
+  const auto first = static_cast<std::size_t>(std::lround(fraction * static_cast<double>(all)));
   const bool whole = part == "all" || (part.empty() && !recorded_.align);
   if (!whole || recorded_.align) {
     if (first < kFewestEpochs || all - first < kFewestEpochs) {
@@ -273,7 +273,7 @@ void RecordedDrive::choose_parts() {
               "aligning and validating need {} epochs each: give a longer recording or another --split",
               kFewestEpochs));
     }
-    first_part_.name = aligned_by_ = share == 0.5 ? "first half" : "first " + share_name(share);
+    first_part_.name = aligned_by_ = fraction == 0.5 ? "first half" : "first " + fraction_name(fraction);
   }
   first_part_.count = first;
   if (whole) {
@@ -283,7 +283,7 @@ void RecordedDrive::choose_parts() {
     part_.name = first_part_.name;
     part_.count = first;
   } else {
-    part_.name = share == 0.5 ? "second half" : "last " + share_name(1 - share);
+    part_.name = fraction == 0.5 ? "second half" : "last " + fraction_name(1 - fraction);
     part_.first = first;
     part_.count = all - first;
   }

@@ -189,7 +189,7 @@ TEST(WorldScene, BuildingsThatBecomeInstancesKeepTheirFacades) {
   auto made = std::make_unique<BoxWorld>();
   BoxWorld* world = made.get();
   live::WorldScene::Options options{"street", false, {}};
-  options.facades.shares = {{"coated_glass", 1}};
+  options.facades.fractions = {{"coated_glass", 1}};
   live::WorldScene scene(std::move(made), options);
   world->boxes = {{1, {true, {10, 0, 0}}}, {2, {true, {30, 0, 0}}}};
   scene.update({});

@@ -65,16 +65,16 @@ double RandomStream::normal() {
 }
 
 std::vector<double> draw_sample(RandomStream random, std::size_t n, bool latin) {
-  std::vector<double> shares(n);
-  for (double& share : shares) share = random.uniform();
-  if (!latin) return shares;
+  std::vector<double> fractions(n);
+  for (double& fraction : fractions) fraction = random.uniform();
+  if (!latin) return fractions;
   std::vector<std::size_t> strata(n);
   std::iota(strata.begin(), strata.end(), std::size_t{0});
   for (std::size_t i = n; i-- > 1;)
     std::swap(strata[i], strata[static_cast<std::size_t>(random.uniform() * static_cast<double>(i + 1))]);
   for (std::size_t i = 0; i < n; ++i)
-    shares[i] = (static_cast<double>(strata[i]) + shares[i]) / static_cast<double>(n);
-  return shares;
+    fractions[i] = (static_cast<double>(strata[i]) + fractions[i]) / static_cast<double>(n);
+  return fractions;
 }
 
 }  // namespace canyon

@@ -56,7 +56,7 @@ class RoofSampler {
     }
   }
 
-  [[nodiscard]] double share() const {
+  [[nodiscard]] double fraction() const {
     if (covered_.empty()) return 0;
     return static_cast<double>(std::count(covered_.begin(), covered_.end(), true)) /
            static_cast<double>(covered_.size());
@@ -208,7 +208,7 @@ CitySummary summarize(const City& city) {
       sampler.add(mesh.vertices[triangle[0]], mesh.vertices[triangle[1]], mesh.vertices[triangle[2]]);
     }
   }
-  summary.built_area_fraction = sampler.share();
+  summary.built_area_fraction = sampler.fraction();
   return summary;
 }
 

@@ -42,14 +42,14 @@ bool is_wall(const Mesh& mesh, std::uint32_t triangle) {
   return std::abs(normal.z()) <= kSteepest_cos * normal.norm();
 }
 
-const FacadeType& draw(const std::map<std::string, double>& shares, double uniform) {
+const FacadeType& draw(const std::map<std::string, double>& fractions, double uniform) {
   double sum = 0;
   const FacadeType* last = nullptr;
   for (const FacadeType& type : kTypes) {
-    const auto share = shares.find(std::string(type.name));
-    if (share == shares.end() || share->second == 0) continue;
+    const auto fraction = fractions.find(std::string(type.name));
+    if (fraction == fractions.end() || fraction->second == 0) continue;
     last = &type;
-    sum += share->second;
+    sum += fraction->second;
     if (uniform < sum) break;
   }
   return *last;  // the fractions add up to 1
@@ -68,17 +68,17 @@ FacadeMix mix_of(FacadeMix mix, double height_m, FacadeMix named) {
 
 void FacadeOptions::validate() const {
   options::check(*this, "facades");
-  if (shares.empty()) return;
+  if (fractions.empty()) return;
   double sum = 0;
   std::vector<std::string> names;
   std::transform(kTypes.begin(), kTypes.end(), std::back_inserter(names),
                  [](const FacadeType& type) { return std::string(type.name); });
-  for (const auto& [name, share] : shares) {
+  for (const auto& [name, fraction] : fractions) {
     if (std::find(names.begin(), names.end(), name) == names.end()) {
       throw InputError(fmt::format("facades of '{}' are not known", name),
                        fmt::format("write {}", fmt::join(names, ", ")));
     }
-    sum += share;
+    sum += fraction;
   }
   if (!(sum > 0)) throw InputError("the weights of the facades are all 0", "give at least one above 0");
 }
@@ -94,20 +94,21 @@ void visit(options::Visitor& v, FacadeOptions& o) {
   v.named_numbers({"shares", "",
                    "weights of facade types instead of a mix, normalised by their sum: [coated_glass=30, "
                    "concrete=50, brick=20]"},
-                  o.shares, {0, 100}, "FACADE=SHARE");
+                  o.fractions, {0, 100}, "FACADE=SHARE");
   v.choice({"named", "",
             "materials named by the source: by_source keeps a map's tags and resamples a mesh's names of "
             "textures; keep; redraw"},
            o.named, kNamed);
 }
 
-std::map<std::string, double> facade_shares(const FacadeOptions& options, double height_m, FacadeMix named) {
-  if (!options.shares.empty()) {
+std::map<std::string, double> facade_fractions(const FacadeOptions& options, double height_m,
+                                               FacadeMix named) {
+  if (!options.fractions.empty()) {
     double sum = 0;
-    for (const auto& [name, share] : options.shares) sum += share;
-    std::map<std::string, double> shares = options.shares;
-    for (auto& [name, share] : shares) share /= sum;
-    return shares;
+    for (const auto& [name, fraction] : options.fractions) sum += fraction;
+    std::map<std::string, double> fractions = options.fractions;
+    for (auto& [name, fraction] : fractions) fraction /= sum;
+    return fractions;
   }
   switch (mix_of(options.mix, height_m, named)) {
     case FacadeMix::AsGiven:
@@ -137,7 +138,7 @@ std::string dress_facades(City& city, const FacadeOptions& options, bool keep_na
   std::size_t kept = 0, buildings = 0;
   for (const Building& building : buildings_of(mesh)) {
     const Box box = bounds_of(mesh, building);
-    const FacadeType& type = draw(facade_shares(options, box.max.z() - box.min.z(), building.facades),
+    const FacadeType& type = draw(facade_fractions(options, box.max.z() - box.min.z(), building.facades),
                                   RandomStream(seed, "facades/" + building.key).uniform());
     std::size_t walls = 0, dressed = 0;
     for (const std::uint32_t triangle : building.triangles) {

@@ -17,11 +17,11 @@ struct FacadeOptions {
     Redraw
   };
   FacadeMix mix = FacadeMix::ByBuilding;
-  std::map<std::string, double> shares;  ///< weights by facade type instead of the mix, [0, 100]; any sum
-  Named named = Named::BySource;         ///< materials named by the source
+  std::map<std::string, double> fractions;  ///< weights by facade type instead of the mix, [0, 100]; any sum
+  Named named = Named::BySource;            ///< materials named by the source
 
   /// Whether anything is sampled.
-  [[nodiscard]] bool drawn() const { return mix != FacadeMix::AsGiven || !shares.empty(); }
+  [[nodiscard]] bool drawn() const { return mix != FacadeMix::AsGiven || !fractions.empty(); }
   /// Whether walls keep a known material. @param source_is_trusted the source's names are real materials
   [[nodiscard]] bool keeps_named(bool source_is_trusted) const {
     return named == Named::Keep || (named == Named::BySource && source_is_trusted);
@@ -35,8 +35,9 @@ void visit(options::Visitor& v, FacadeOptions& o);
 /// The probabilities of a building's facade types, with sum 1; empty if nothing is sampled.
 /// @param height_m of the building, from its lowest to its highest point: for FacadeMix::ByBuilding
 /// @param named Object::facades of the building: likewise
-[[nodiscard]] std::map<std::string, double> facade_shares(const FacadeOptions& options, double height_m = 0,
-                                                          FacadeMix named = FacadeMix::ByBuilding);
+[[nodiscard]] std::map<std::string, double> facade_fractions(const FacadeOptions& options,
+                                                             double height_m = 0,
+                                                             FacadeMix named = FacadeMix::ByBuilding);
 
 /// Samples one facade type for each building and sets its material on the building's walls: the triangles of
 /// Surface::Building steeper than 60 deg. Roofs, floors, ground, foliage and vehicles are unchanged. A

@@ -26,9 +26,9 @@ FacadeOptions of(FacadeMix mix) {
   return options;
 }
 
-FacadeOptions of(std::map<std::string, double> shares) {
+FacadeOptions of(std::map<std::string, double> fractions) {
   FacadeOptions options;
-  options.shares = std::move(shares);
+  options.fractions = std::move(fractions);
   return options;
 }
 
@@ -84,9 +84,9 @@ TEST(Facades, ByDefaultAreThoseOfTheBuildingsHeight) {
 
 TEST(Facades, AMapsWordsOverrideTheHeight) {
   const auto metal = [](double height_m, FacadeMix named) {
-    const std::map<std::string, double> shares = facade_shares({}, height_m, named);
-    const auto coated = shares.find("coated_glass");
-    return coated != shares.end() ? coated->second : 0;
+    const std::map<std::string, double> fractions = facade_fractions({}, height_m, named);
+    const auto coated = fractions.find("coated_glass");
+    return coated != fractions.end() ? coated->second : 0;
   };
   EXPECT_EQ(metal(60, FacadeMix::Traditional), 0);
   EXPECT_EQ(metal(10, FacadeMix::ThermallyEfficient), 0.7);
@@ -205,24 +205,24 @@ TEST(Facades, SameNamesAreDifferentBuildings) {
 }
 
 TEST(Facades, EveryMixIsWhole) {
-  const auto sum = [](const std::map<std::string, double>& shares) {
+  const auto sum = [](const std::map<std::string, double>& fractions) {
     double all = 0;
-    for (const auto& [name, share] : shares) all += share;
+    for (const auto& [name, fraction] : fractions) all += fraction;
     return all;
   };
   for (const FacadeMix mix : {FacadeMix::Traditional, FacadeMix::ThermallyEfficient, FacadeMix::UrbanStock,
                               FacadeMix::Europe, FacadeMix::EastAsia}) {
-    EXPECT_NO_THROW(of(facade_shares(of(mix))).validate()) << static_cast<int>(mix);
-    EXPECT_NEAR(sum(facade_shares(of(mix))), 1, 1e-12) << static_cast<int>(mix);
+    EXPECT_NO_THROW(of(facade_fractions(of(mix))).validate()) << static_cast<int>(mix);
+    EXPECT_NEAR(sum(facade_fractions(of(mix))), 1, 1e-12) << static_cast<int>(mix);
   }
-  const auto own = facade_shares(of({{"tile", 30}, {"metal", 10}}));
+  const auto own = facade_fractions(of({{"tile", 30}, {"metal", 10}}));
   EXPECT_NEAR(own.at("tile"), 0.75, 1e-12);
   EXPECT_NEAR(sum(own), 1, 1e-12);
-  EXPECT_THAT(facade_shares(of(FacadeMix::AsGiven)), IsEmpty());
-  EXPECT_EQ(facade_shares({}, 14.9), facade_shares(of(FacadeMix::Traditional)));
-  EXPECT_EQ(facade_shares({}, 15), facade_shares(of(FacadeMix::UrbanStock)));
+  EXPECT_THAT(facade_fractions(of(FacadeMix::AsGiven)), IsEmpty());
+  EXPECT_EQ(facade_fractions({}, 14.9), facade_fractions(of(FacadeMix::Traditional)));
+  EXPECT_EQ(facade_fractions({}, 15), facade_fractions(of(FacadeMix::UrbanStock)));
   // One high-loss building in five (ITU-R M.2412): 0.2 x 0.7 coated, 0.8 x 0.3 plain glass.
-  const auto stock = facade_shares(of(FacadeMix::UrbanStock));
+  const auto stock = facade_fractions(of(FacadeMix::UrbanStock));
   EXPECT_NEAR(stock.at("coated_glass"), 0.2 * 0.7, 1e-12);
   EXPECT_NEAR(stock.at("glass"), 0.8 * 0.3, 1e-12);
   EXPECT_NEAR(stock.at("concrete"), 0.2 * 0.3 + 0.8 * 0.7, 1e-12);
@@ -241,8 +241,8 @@ TEST(Facades, WrongSharesAreRefused) {
   EXPECT_THAT(problem(of({{"metal", 0}, {"brick", 0}})), HasSubstr("all 0 | give at least one"));
   EXPECT_THAT(problem(of({{"metal", 2}, {"brick", -1}})), HasSubstr("shares"));
   FacadeOptions both = of(FacadeMix::Europe);
-  both.shares = {{"metal", 1}};
-  EXPECT_EQ(facade_shares(both).size(), 1U) << "shares are instead of the mix";
+  both.fractions = {{"metal", 1}};
+  EXPECT_EQ(facade_fractions(both).size(), 1U) << "shares are instead of the mix";
   EXPECT_EQ(problem(of({{"metal", 0.1}, {"brick", 0.2}, {"tile", 0.7}})), "");
 }
 

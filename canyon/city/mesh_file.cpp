@@ -25,7 +25,7 @@ constexpr double kSmallestCity_m = 1;
 /// A sheet has no face steeper than this: |n_z| at least cos(80 deg).
 constexpr double kSheetNormalZ = 0.17364817766693041;
 /// A connected sheet inside a node of other type is terrain if it is under this fraction of the city.
-constexpr double kTerrainShare = 0.5;
+constexpr double kTerrainFraction = 0.5;
 
 /// Rotation that makes z the up axis. Right stays right, the direction to the viewer becomes south (COLLADA
 /// 1.4.1, "up_axis"; glTF 2.0, 3.4).
@@ -298,7 +298,7 @@ class MeshImport {
     }
     for (std::size_t c = 0; c < components.size(); ++c) {
       if (is_sheet(node, components[c]) &&
-          plan_area(bounds_of(node, components[c])) >= kTerrainShare * plan_area(bounds_)) {
+          plan_area(bounds_of(node, components[c])) >= kTerrainFraction * plan_area(bounds_)) {
         terrain[c] = true;
         note(fmt::format("part {} of node '{}' is read as terrain: a sheet under most of the city", c + 1,
                          node.name));

@@ -208,7 +208,7 @@ std::optional<FixInput::Chosen> FixInput::ionosphere_free() const {
   m.pseudorange_m = a * m.pseudorange_m + b * other->measurement.pseudorange_m;
   m.sigma_m = std::hypot(a * m.sigma_m, b * other->measurement.sigma_m);
   m.sigma_factor = std::hypot(a * m.sigma_factor, b * other->measurement.sigma_factor);
-  m.ionosphere_share = 0;
+  m.ionosphere_fraction = 0;
   return chosen;
 }
 
@@ -248,7 +248,7 @@ FixInput::Chosen FixInput::uncombined(double elevation_rad, double model_m) {
   m.pseudorange_m = pseudorange_m;
   m.sigma_m = std::sqrt(variance + prior * squared(rate));
   m.sigma_factor /= std::sqrt(information) * first.sigma_m;
-  m.ionosphere_share = rate / first.iono_rate;
+  m.ionosphere_fraction = rate / first.iono_rate;
   return chosen;
 }
 

@@ -101,7 +101,7 @@ TEST(FixInput, IonosphereFreeTakesTheFarthest) {
   EXPECT_NEAR(cleaned_m(*two, state), kRange_m, 1e-7);
   EXPECT_NEAR(two->measurement.sigma_m, 2.978, 5e-4);
   EXPECT_NEAR(two->measurement.sigma_factor, 2.978, 5e-4);
-  EXPECT_EQ(two->measurement.ionosphere_share, 0);
+  EXPECT_EQ(two->measurement.ionosphere_fraction, 0);
   const auto three = fix_input.next(observe({{"L1CA"}, {"L2C"}, {"L5"}}, 12, state), state, kStart, 0);
   EXPECT_NEAR(three->measurement.sigma_m, 2.588, 5e-4);
   EXPECT_FALSE(fix_input.next(observe({{"L1CA"}}, 12, state), state, kStart, 0));
@@ -109,7 +109,7 @@ TEST(FixInput, IonosphereFreeTakesTheFarthest) {
   corrects.fix.correct_ionosphere = true;
   const auto one = FixInput(corrects).next(observe({{"L1CA"}}, 12, state), state, kStart, 12);
   ASSERT_TRUE(one);
-  EXPECT_EQ(one->measurement.ionosphere_share, 1);
+  EXPECT_EQ(one->measurement.ionosphere_fraction, 1);
 }
 
 // Compared with the joint least squares of x and the delay I with its prior, solved as a dense system here.
@@ -138,7 +138,7 @@ TEST(FixInput, UncombinedIsTheJointLeastSquares) {
   const Eigen::Vector2d x = covariance * (design.transpose() * y);
   const positioning::Measurement& m = chosen->measurement;
   // The fix corrects its fraction of the model.
-  EXPECT_NEAR(cleaned_m(*chosen, state) - m.ionosphere_share * model_m - kRange_m, x(0), 1e-7);
+  EXPECT_NEAR(cleaned_m(*chosen, state) - m.ionosphere_fraction * model_m - kRange_m, x(0), 1e-7);
   EXPECT_NEAR(m.sigma_m, std::sqrt(covariance(0, 0)), 1e-9);
   ASSERT_TRUE(chosen->ionosphere_m);
   EXPECT_NEAR(*chosen->ionosphere_m, x(1), 1e-7);
@@ -154,7 +154,7 @@ TEST(FixInput, UncombinedLiesBetweenItsLimits) {
       FixInput(with(Combination::IonosphereFree)).next(observe(signals, 0, state), state, kStart, 0);
   EXPECT_NEAR(cleaned_m(*unknown, state), cleaned_m(*free, state), 1e-4);
   EXPECT_NEAR(unknown->measurement.sigma_m, 2.978, 5e-4);
-  EXPECT_NEAR(unknown->measurement.ionosphere_share, 0, 1e-5);
+  EXPECT_NEAR(unknown->measurement.ionosphere_fraction, 0, 1e-5);
   const auto known =
       FixInput(with(Combination::Uncombined, 1e-6)).next(observe(signals, 0, state), state, kStart, 0);
   EXPECT_NEAR(cleaned_m(*known, state) - kRange_m, 0.25, 1e-7);

@@ -297,7 +297,7 @@ TEST(ReceiverInterference, ADriveByAJammer) {
   jammer.transmitter.course.position.up_m = 0;
   jammer.emissions.resize(1);
   disturbance::Jamming jamming(jammer, context);
-  const double share = integral(
+  const double fraction = integral(
       -10e6, 10e6, [](double f) { return bpsk(f, 1.023e6); });  // fraction of C/A's power under the noise
 
   ReceiverOptions options = plain();
@@ -318,7 +318,7 @@ TEST(ReceiverInterference, ADriveByAJammer) {
         receiver.observe({moving, arrival, one_satellite(), {}}).satellites.front();
     const double far_m = (point - Eigen::Vector3d(100, 40, 0)).norm();
     const double over_noise = 10 - 30 - 20 * std::log10(4 * kPi * far_m / kWavelength_m) - kNoise;
-    const double free_db = 10 * std::log10(1 + std::pow(10, over_noise / 10) * share / 20e6);
+    const double free_db = 10 * std::log10(1 + std::pow(10, over_noise / 10) * fraction / 20e6);
     const double loss_db = clear_cn0_dbhz() - *seen.cn0_dbhz;
     // The path crosses the house at its wall nearer to the road than to the jammer.
     const double crossing_m = point.x() + (100 - point.x()) * 22.5 / 40;

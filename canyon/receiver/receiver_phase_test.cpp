@@ -146,9 +146,9 @@ TEST(ReceiverPhase, WeakSignalsHaveNoPhase) {
   ReceiverOptions options = plain();
   options.signal.phase_threshold_dbhz = 40;
   Receiver receiver(options, 1);
-  const auto at = [&](double t, double share) {
+  const auto at = [&](double t, double fraction) {
     return *observe_one(receiver, t, [&](const orbit::LineOfSight&) -> std::vector<Path> {
-              return {mirror_path({0, -1, 0}, 30, share)};
+              return {mirror_path({0, -1, 0}, 30, fraction)};
             }).measurement;
   };
   EXPECT_EQ(*at(0, 1).phase_since, kTime);
@@ -161,7 +161,7 @@ TEST(ReceiverPhase, WeakSignalsHaveNoPhase) {
 
 // For a receiver that drives along a wall's normal, Doppler is that of the stronger path.
 TEST(ReceiverPhase, DopplerIsThatOfTheStrongestPath) {
-  for (const double share : {0.8, 1.0}) {
+  for (const double fraction : {0.8, 1.0}) {
     ReceiverOptions options = plain();
     Receiver receiver(options, 1);
     const SatelliteObservation seen = observe_one(
@@ -169,13 +169,13 @@ TEST(ReceiverPhase, DopplerIsThatOfTheStrongestPath) {
         [&](const orbit::LineOfSight& line) -> std::vector<Path> {
           Path direct = direct_path(line);
           // Foliage: 10 m of it weaken the direct path by more than 0.1 dB and less than 10 dB.
-          direct.foliage_depth_m = share == 1 ? 10 : 0;
-          return {direct, mirror_path({0, -1, 0}, 20, share)};
+          direct.foliage_depth_m = fraction == 1 ? 10 : 0;
+          return {direct, mirror_path({0, -1, 0}, 20, fraction)};
         },
         kAntenna, kEcefFromEnu* Eigen::Vector3d(0, 5, 0));
     const double direct_doppler = 5 * std::cos(geodesy::radians(40)) / kWavelength_m;
-    const double expected = share == 1 ? -5 / kWavelength_m : direct_doppler;
-    EXPECT_NEAR(*seen.measurement->doppler_hz, expected, 0.02) << share;
+    const double expected = fraction == 1 ? -5 / kWavelength_m : direct_doppler;
+    EXPECT_NEAR(*seen.measurement->doppler_hz, expected, 0.02) << fraction;
   }
 }
 

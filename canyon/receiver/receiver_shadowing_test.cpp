@@ -19,7 +19,7 @@ ReceiverOptions shadowed(double clear_db, double shadow_db, double enter, double
   ReceiverOptions options = plain();
   options.signal.shadowing.enabled = true;
   options.signal.shadowing.numbers = {clear_db, 0, shadow_db, 0, enter, leave};
-  options.signal.shadowing.skyline.share = 0;
+  options.signal.shadowing.skyline.fraction = 0;
   return options;
 }
 
@@ -52,7 +52,7 @@ TEST(ReceiverShadowing, LeavesEveryOtherPathAlone) {
 ReceiverOptions walled_in() {
   ReceiverOptions options = shadowed(0, 0, 0, 1);
   disturbance::SkylineOptions& skyline = options.signal.shadowing.skyline;
-  skyline.share = 1;
+  skyline.fraction = 1;
   skyline.height_m = 100;
   return options;
 }
@@ -99,7 +99,7 @@ TEST(ReceiverShadowing, LabelsSayWhatIsTracked) {
 // Obstacles are fixed in the world, also for a simulator's vehicles; noise and shadows are independent.
 TEST(ReceiverShadowing, VehiclesWithDrawsOfTheirOwnMeetTheSameObstacles) {
   ReceiverOptions options = shadowed(0, 0, 0, 1);
-  options.signal.shadowing.skyline.share = 0.5;
+  options.signal.shadowing.skyline.fraction = 0.5;
   options.signal.shadowing.skyline.height_m = 18;
   options.own_draws = true;
   int hidden = 0;

@@ -224,19 +224,19 @@ TEST(ReceiverSignal, MotionAveragesTheMultipathError) {
 }
 
 TEST(ReceiverSignal, EchoAloneIsMeasuredAtItsDetour) {
-  for (const double share : {1.0, 0.3, 0.1}) {
+  for (const double fraction : {1.0, 0.3, 0.1}) {
     for (const double excess : {0.5, 17.0, 120.0, 280.0}) {
       Receiver receiver(plain(), 1);
       const SatelliteObservation seen =
           observe_one(receiver, 0, [&](const orbit::LineOfSight&) -> std::vector<Path> {
-            return {mirror_path({0, -1, 0}, excess, share)};
+            return {mirror_path({0, -1, 0}, excess, fraction)};
           });
       ASSERT_TRUE(seen.measurement);
       EXPECT_EQ(seen.visibility, Visibility::NLOS);
       EXPECT_NEAR(seen.excess_m, excess, 1e-6);
       EXPECT_NEAR(seen.pseudorange_error_m, excess, 1e-6);
       // Metal: within 2 mdB of a perfect mirror (fresnel_test.cpp).
-      EXPECT_NEAR(*seen.cn0_dbhz, clear_cn0_dbhz() + 20 * std::log10(share), 0.02);
+      EXPECT_NEAR(*seen.cn0_dbhz, clear_cn0_dbhz() + 20 * std::log10(fraction), 0.02);
     }
   }
 }
@@ -373,8 +373,8 @@ TEST(ReceiverSignal, DiffuseSignalsInMotionHaveTheirMeanStrength) {
   EXPECT_NEAR(mean, integrated, 0.02);
   // The ratio of deviation to mean is the fraction of fading that the loop keeps; for an exponential power
   // over n samples the deviation's is sqrt(2 / n).
-  const double share = 4 / (4 + x / 0.02);
-  EXPECT_NEAR(std::sqrt(square - mean * mean) / mean, share, 5 * share * std::sqrt(2.0 / kCount));
+  const double fraction = 4 / (4 + x / 0.02);
+  EXPECT_NEAR(std::sqrt(square - mean * mean) / mean, fraction, 5 * fraction * std::sqrt(2.0 / kCount));
   std::printf("diffuse at 2 m/s: mean power %.4f (closed form %.4f), deviation %.3f of it\n", mean,
               integrated, std::sqrt(square - mean * mean) / mean);
 }

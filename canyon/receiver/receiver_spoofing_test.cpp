@@ -174,11 +174,11 @@ TEST(ReceiverSpoofing, CaptureTakesOneToFourDecibelsAndAFrequencyWithinReach) {
       EXPECT_TRUE(std::abs(each.excess_m - 900) < 50 || std::abs(each.excess_m) < 50) << each.excess_m;
     }
     ASSERT_GT(all, 15);
-    const double share = static_cast<double>(captured) / all;
+    const double fraction = static_cast<double>(captured) / all;
     std::printf("%+.0f dB, %.0f m/s, carrier %s: %d of %d channels captured\n", row.advantage_db,
                 row.rate_mps, row.carrier == Carrier::Held ? "held" : "follows", captured, all);
-    EXPECT_GE(share, row.least);
-    EXPECT_LE(share, row.most);
+    EXPECT_GE(fraction, row.least);
+    EXPECT_LE(fraction, row.most);
   }
 }
 

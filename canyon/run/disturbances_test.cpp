@@ -33,19 +33,19 @@ class Collector final : public EpochSink {
   std::vector<Epoch> epochs;
 };
 
-/// White noise from the zenith with `share` times the receiver's own power: k (211 K + 290 K (10^0.2 - 1)) of
-/// the link budget's defaults, the patch antenna's gain of 3 dBic.
-propagation::Interference white(double share) {
+/// White noise from the zenith with `fraction` times the receiver's own power: k (211 K + 290 K (10^0.2 - 1))
+/// of the link budget's defaults, the patch antenna's gain of 3 dBic.
+propagation::Interference white(double fraction) {
   propagation::Interference wave;
   wave.spectrum.shape = propagation::Spectrum::Shape::Band;
   wave.spectrum.width_hz = 1e9;
-  wave.power_dbw = 10 * std::log10(share * 1e9 * 1.380649e-23 * (211 + 290 * (std::pow(10, 0.2) - 1))) - 3;
+  wave.power_dbw = 10 * std::log10(fraction * 1e9 * 1.380649e-23 * (211 + 290 * (std::pow(10, 0.2) - 1))) - 3;
   wave.polarisation = propagation::Polarisation::Right;
   return wave;
 }
-disturbance::DisturbanceSource noise(double share) {
-  return canyon::test::always("noise",
-                              [share](Arrival& arrival) { arrival.interference.push_back(white(share)); });
+disturbance::DisturbanceSource noise(double fraction) {
+  return canyon::test::always(
+      "noise", [fraction](Arrival& arrival) { arrival.interference.push_back(white(fraction)); });
 }
 
 Scenario street(std::vector<disturbance::DisturbanceSource> disturbances, bool strength = true) {
@@ -238,13 +238,13 @@ TEST(Disturbances, HaveMemoryAndSeedsOfTheirOwn) {
    public:
     explicit Wandering(RandomStream stream) : stream_(stream) {}
     void apply(const Antenna& /*antenna*/, Arrival& arrival) override {
-      share_ += stream_.uniform();
-      arrival.interference.push_back(white(share_));
+      fraction_ += stream_.uniform();
+      arrival.interference.push_back(white(fraction_));
     }
 
    private:
     RandomStream stream_;
-    double share_ = 0;
+    double fraction_ = 0;
   };
   const disturbance::DisturbanceSource wandering{
       "wandering noise", [](std::uint64_t seed, const std::string& receiver) {

@@ -64,8 +64,8 @@ double closed_sky_of(const raytrace::RayScene& scene, const city::City& city) {
   const city::Box box = city.bounds();
   for (int i = 0; i < (city.mesh.triangles.empty() ? 0 : kSide * kSide); ++i) {
     const int row = i / kSide;
-    const Eigen::Vector2d share((i % kSide + 0.5) / kSide, (row + 0.5) / kSide);
-    const Eigen::Vector2d at = box.min.head<2>() + share.cwiseProduct((box.max - box.min).head<2>());
+    const Eigen::Vector2d fraction((i % kSide + 0.5) / kSide, (row + 0.5) / kSide);
+    const Eigen::Vector2d at = box.min.head<2>() + fraction.cwiseProduct((box.max - box.min).head<2>());
     points.emplace_back(at.x(), at.y(), scene.terrain_height(at.x(), at.y()).value_or(box.min.z()) + 2);
   }
   return closed_sky(scene, points);
@@ -79,9 +79,9 @@ receiver::ReceiverOptions with_surroundings(const ReceiverConfig& receiver, cons
   disturbance::ShadowingOptions& shadowing = options.signal.shadowing;
   if (!shadowing.enabled || shadowing.environment != disturbance::ShadowingEnvironment::Auto) return options;
   shadowing.environment = disturbance::of_surroundings(closed_sky_of(scene, city));
-  if (shadowing.skyline.share || !seed) return options;
-  const auto [low, high] = disturbance::obstacle_shares(shadowing.environment);
-  shadowing.skyline.share = low + (high - low) * RandomStream(*seed, "surroundings").uniform();
+  if (shadowing.skyline.fraction || !seed) return options;
+  const auto [low, high] = disturbance::obstacle_fractions(shadowing.environment);
+  shadowing.skyline.fraction = low + (high - low) * RandomStream(*seed, "surroundings").uniform();
   return options;
 }
 

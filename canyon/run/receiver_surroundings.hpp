@@ -29,7 +29,7 @@ namespace canyon::simulation {
 [[nodiscard]] double closed_sky(const raytrace::RayScene& scene, std::span<const Eigen::Vector3d> antennas);
 /// Options of a receiver with resolved surroundings: ShadowingEnvironment::Auto is decided by closed_sky() 2
 /// m above the ground on a grid of ten by ten points over the city, independent of the antenna's position.
-/// @param seed if SkylineOptions::share is empty, seed of its sample (disturbance::obstacle_shares()), one
+/// @param seed if SkylineOptions::share is empty, seed of its sample (disturbance::obstacle_fractions()), one
 /// for all receivers; empty: the middle value
 [[nodiscard]] receiver::ReceiverOptions with_surroundings(const ReceiverConfig& receiver,
                                                           const raytrace::RayScene& scene,

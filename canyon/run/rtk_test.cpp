@@ -55,7 +55,7 @@ std::string rover(const std::string& corrections = "from: base", const std::stri
 }
 const std::string kBase = "  - {name: base, profile: survey, fixed: {east_m: 400, north_m: 300, up_m: 5}}\n";
 
-double share(const std::vector<Epoch>& epochs, FixKind kind) {
+double fraction_of(const std::vector<Epoch>& epochs, FixKind kind) {
   double count = 0;
   for (const Epoch& epoch : epochs) count += epoch.observed.fix.kind() == kind ? 1 : 0;
   return count / static_cast<double>(epochs.size());
@@ -92,7 +92,7 @@ TEST(Differential, StatesWhatCorrectionsLeave) {
 
 TEST(Rtk, FixesWithinCentimetres) {
   const auto epochs = run(field(rover() + kBase)).at(0);
-  EXPECT_GT(share(epochs, FixKind::Fixed), 0.97);
+  EXPECT_GT(fraction_of(epochs, FixKind::Fixed), 0.97);
   for (const Epoch& epoch : epochs) {
     const positioning::Fix& fix = epoch.observed.fix;
     if (fix.kind() != FixKind::Fixed) continue;
@@ -138,9 +138,9 @@ TEST(Rtk, AVirtualStationMakesLongBaselinesShort) {
   const std::string far =
       "  - {name: base, profile: ublox-f9p, fixed: {east_m: 30000, north_m: 0, up_m: 5}}\n";
   const auto own = run(field(rover() + far)).at(0);
-  EXPECT_LT(share(own, FixKind::Fixed), 0.2);
+  EXPECT_LT(fraction_of(own, FixKind::Fixed), 0.2);
   const auto epochs = run(field(rover("from: base, virtual_station: true") + far)).at(0);
-  EXPECT_GT(share(epochs, FixKind::Fixed), 0.9);
+  EXPECT_GT(fraction_of(epochs, FixKind::Fixed), 0.9);
   EXPECT_NE(epochs.front().observed.fix.kind(), FixKind::Fixed);  // its position is not yet reported
   for (const Epoch& epoch : epochs) {
     const positioning::Fix& fix = epoch.observed.fix;
@@ -173,7 +173,7 @@ TEST(Rtk, AVirtualStationFollowsTheRover) {
 
 TEST(Rtk, NothingChangesWithoutIt) {
   const auto epochs = run(field(rover("from: base", "rtk: false") + kBase)).at(0);
-  EXPECT_EQ(share(epochs, FixKind::Differential), 1);
+  EXPECT_EQ(fraction_of(epochs, FixKind::Differential), 1);
   for (const Epoch& epoch : epochs) EXPECT_FALSE(epoch.observed.fix.baseline);
 }
 
@@ -204,10 +204,10 @@ TEST(Rtk, AgeAndOutages) {
 
 TEST(Rtk, LossesAndRange) {
   const auto lossy = run(field(rover("from: base, loss: 0.5, max_age_s: 1.5") + kBase, 120)).at(0);
-  EXPECT_GT(share(lossy, FixKind::Fixed), 0.5);  // 1 - 0.5^2 of epochs have one of 1.5 s or less
-  EXPECT_LT(share(lossy, FixKind::Fixed), 0.9);
+  EXPECT_GT(fraction_of(lossy, FixKind::Fixed), 0.5);  // 1 - 0.5^2 of epochs have one of 1.5 s or less
+  EXPECT_LT(fraction_of(lossy, FixKind::Fixed), 0.9);
   const auto never = run(field(rover("from: base, loss: 1") + kBase)).at(0);
-  EXPECT_EQ(share(never, FixKind::Single), 1);
+  EXPECT_EQ(fraction_of(never, FixKind::Single), 1);
   // 500 m away at first, 300 m after 80 s, then farther again.
   const auto radio = run(field(rover("from: base, range_m: 350, max_age_s: 2") + kBase, 170)).at(0);
   EXPECT_EQ(radio[10].observed.fix.kind(), FixKind::Single);
@@ -273,8 +273,8 @@ TEST(Rtk, ACanyonTakesTheFix) {
       "seed: 2\n");
   EXPECT_EQ(epochs.at(10).observed.fix.kind(), FixKind::Fixed);
   EXPECT_EQ(epochs.back().observed.fix.kind(), FixKind::Fixed);
-  EXPECT_LT(share(epochs, FixKind::Fixed), 0.9);
-  EXPECT_GT(share(epochs, FixKind::Float), 0.1);
+  EXPECT_LT(fraction_of(epochs, FixKind::Fixed), 0.9);
+  EXPECT_GT(fraction_of(epochs, FixKind::Float), 0.1);
   std::vector<double> normalised;
   for (const Epoch& epoch : epochs) {
     if (epoch.observed.fix.kind() == FixKind::Float) normalised.push_back(error_over_sigma(epoch));
@@ -323,7 +323,7 @@ TEST(Rtk, ABaseInsideABuildingGivesNothing) {
   const Simulation simulation(scenario, scene);
   Collector sink;
   (void)simulation.run({&sink});
-  EXPECT_EQ(share(sink.of.at(0), FixKind::Fixed) + share(sink.of.at(0), FixKind::Float), 0);
+  EXPECT_EQ(fraction_of(sink.of.at(0), FixKind::Fixed) + fraction_of(sink.of.at(0), FixKind::Float), 0);
 }
 
 TEST(Rtk, RefusesWhatCannotBe) {

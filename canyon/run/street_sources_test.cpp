@@ -195,20 +195,20 @@ TEST(Surroundings, AreThoseOfTheCityAboutTheAntenna) {
   EXPECT_EQ(made(raytrace::RayScene(field.mesh), field).environment, ShadowingEnvironment::Open);
 
   // The fraction of obstacles depends on the seed if it is not given.
-  EXPECT_EQ(made(scene, city).skyline.share, std::nullopt);
-  EXPECT_DOUBLE_EQ(*skyline_numbers(made(scene, city)).share, 0.5);
+  EXPECT_EQ(made(scene, city).skyline.fraction, std::nullopt);
+  EXPECT_DOUBLE_EQ(*skyline_numbers(made(scene, city)).fraction, 0.5);
   double sum = 0;
-  std::vector<double> shares;
-  for (seed = 0; *seed < 200; ++*seed) sum += shares.emplace_back(*made(scene, city).skyline.share);
+  std::vector<double> fractions;
+  for (seed = 0; *seed < 200; ++*seed) sum += fractions.emplace_back(*made(scene, city).skyline.fraction);
   EXPECT_NEAR(sum / 200, 0.5, 0.04);
-  EXPECT_THAT(shares, testing::Each(testing::AllOf(testing::Ge(0.25), testing::Le(0.75))));
+  EXPECT_THAT(fractions, testing::Each(testing::AllOf(testing::Ge(0.25), testing::Le(0.75))));
   seed = 7;
-  EXPECT_EQ(*made(scene, city).skyline.share, shares[7]);
-  shadowing.skyline.share = 0.3;
-  EXPECT_EQ(made(scene, city).skyline.share, 0.3);
-  shadowing.skyline.share.reset();
+  EXPECT_EQ(*made(scene, city).skyline.fraction, fractions[7]);
+  shadowing.skyline.fraction = 0.3;
+  EXPECT_EQ(made(scene, city).skyline.fraction, 0.3);
+  shadowing.skyline.fraction.reset();
   shadowing.environment = ShadowingEnvironment::Dense;
-  EXPECT_EQ(made(scene, city).skyline.share, std::nullopt);
+  EXPECT_EQ(made(scene, city).skyline.fraction, std::nullopt);
 }
 
 TEST(Shadowing, SaysWhatReplacedBlockages) {

@@ -39,7 +39,7 @@ struct Distribution {
 
 Distribution uniform(double low, double high, const char* unit) {
   return {fmt::format("{:g} to {:g}{}, uniform", low, high, unit),
-          [=](double share) { return low + share * (high - low); }};
+          [=](double fraction) { return low + fraction * (high - low); }};
 }
 
 /// The distribution of the level, around that of the receiver's settings.
@@ -52,16 +52,16 @@ std::optional<Distribution> level_of(const ReceiverConfig& receiver) {
   const double sigma_db = signal.installation_sigma_db > 0 ? signal.installation_sigma_db
                           : signal.installation_db         ? kMeasuredLevelSigma_db
                                                            : kSaidLevelSigma_db;
-  return Distribution{fmt::format("normal, {:g} dB about the installation's", sigma_db), [=](double share) {
-                        return sigma_db * normal_quantile(std::clamp(share, 1e-9, 1 - 1e-9));
-                      }};
+  return Distribution{
+      fmt::format("normal, {:g} dB about the installation's", sigma_db),
+      [=](double fraction) { return sigma_db * normal_quantile(std::clamp(fraction, 1e-9, 1 - 1e-9)); }};
 }
 
 /// The distribution of the fraction of azimuths with an obstacle.
 std::optional<Distribution> skyline_of(const ReceiverConfig& receiver) {
   const tracking::SignalOptions& signal = receiver.options.signal;
-  if (!signal.enabled || !signal.shadowing.active() || signal.shadowing.skyline.share) return std::nullopt;
-  const auto [low, high] = disturbance::obstacle_shares(signal.shadowing.environment);
+  if (!signal.enabled || !signal.shadowing.active() || signal.shadowing.skyline.fraction) return std::nullopt;
+  const auto [low, high] = disturbance::obstacle_fractions(signal.shadowing.environment);
   return uniform(low, high, "");
 }
 
@@ -71,7 +71,7 @@ std::optional<Distribution> facades_of(const Scenario& scenario) {
   if (!leaves_facades_open(scenario)) return std::nullopt;
   return Distribution{
       fmt::format("coated glass on 0 to {:g} of buildings, median {:.3g}", kMostCoated, 0.25 * kMostCoated),
-      [](double share) { return kMostCoated * share * share; }};
+      [](double fraction) { return kMostCoated * fraction * fraction; }};
 }
 
 /// The standard deviation of the map's position, from which a run samples: one value.
@@ -119,10 +119,10 @@ void set(const Drawn& drawn, double value, Scenario& scenario) {
           std::clamp(signal.link.above_minimum_db + value, kLeastOfPower_db, kMostOfPower_db);
       return;
     case Unknown::Skyline:
-      signal.shadowing.skyline.share = value;
+      signal.shadowing.skyline.fraction = value;
       return;
     case Unknown::Facades:
-      scenario.city.facades.shares = facades_with(value);
+      scenario.city.facades.fractions = facades_with(value);
       return;
     case Unknown::Map:
       scenario.city.georeference.sigma_m = value;
@@ -134,19 +134,20 @@ void set(const Drawn& drawn, double value, Scenario& scenario) {
 std::map<std::string, double> facades_with(double coated_glass) {
   city::FacadeOptions options;
   options.mix = city::FacadeMix::ThermallyEfficient;
-  const std::map<std::string, double> efficient = city::facade_shares(options);
+  const std::map<std::string, double> efficient = city::facade_fractions(options);
   options.mix = city::FacadeMix::Traditional;
   const double weight = coated_glass / efficient.at("coated_glass");
-  std::map<std::string, double> shares;
-  for (const auto& [name, share] : efficient) shares[name] += weight * share;
-  for (const auto& [name, share] : city::facade_shares(options)) shares[name] += (1 - weight) * share;
-  return shares;
+  std::map<std::string, double> fractions;
+  for (const auto& [name, fraction] : efficient) fractions[name] += weight * fraction;
+  for (const auto& [name, fraction] : city::facade_fractions(options))
+    fractions[name] += (1 - weight) * fraction;
+  return fractions;
 }
 
 bool leaves_facades_open(const Scenario& scenario) {
   const city::FacadeOptions& facades = scenario.city.facades;
   return !scenario.city.is<simulation::OpenField>() && facades.mix == city::FacadeMix::ByBuilding &&
-         facades.shares.empty();
+         facades.fractions.empty();
 }
 
 std::string_view name_of(Unknown unknown) {
@@ -181,13 +182,13 @@ std::vector<std::string> priors_of(const Scenario& scenario, const std::vector<U
 Draws::Draws(std::uint64_t seed, std::size_t count, std::vector<Unknown> known)
     : count_(count), known_(std::move(known)) {
   for (const std::string_view name : kNames)
-    shares_.push_back(draw_sample(RandomStream(seed, "unknown " + std::string(name)), count, true));
+    fractions_.push_back(draw_sample(RandomStream(seed, "unknown " + std::string(name)), count, true));
 }
 
 std::map<std::string, double> Draws::apply(std::size_t draw, Scenario& scenario) const {
   std::map<std::string, double> values;
   for (const Drawn& each : all_of(scenario, known_)) {
-    const double value = each.distribution.at(shares_.at(static_cast<std::size_t>(each.unknown)).at(draw));
+    const double value = each.distribution.at(fractions_.at(static_cast<std::size_t>(each.unknown)).at(draw));
     set(each, value, scenario);
     values[each.name] = value;
   }
@@ -196,7 +197,7 @@ std::map<std::string, double> Draws::apply(std::size_t draw, Scenario& scenario)
 
 void forget(Scenario& scenario) {
   scenario.city.facades.mix = city::FacadeOptions().mix;
-  scenario.city.facades.shares.clear();
+  scenario.city.facades.fractions.clear();
   scenario.city.roofs_m = 0;
   for (ReceiverConfig& receiver : scenario.receivers) {
     tracking::SignalOptions& signal = receiver.options.signal;

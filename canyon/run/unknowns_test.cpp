@@ -50,24 +50,24 @@ TEST(Unknowns, DrawsFillTheirDistributions) {
   const simulation::Scenario scenario = scenario_of("ublox-m8t");
   const double level_db = scenario.receivers.front().options.signal.link.above_minimum_db;
   const Draws draws(7, kN), again(7, kN);
-  std::set<int> levels, shares;
+  std::set<int> levels, fractions;
   for (std::size_t k = 0; k < kN; ++k) {
     simulation::Scenario drawn = scenario;
     const auto values = draws.apply(k, drawn);
     const tracking::SignalOptions& signal = drawn.receivers.front().options.signal;
     EXPECT_NEAR(signal.link.above_minimum_db, std::max(-10.0, level_db + values.at("level")), 1e-9);
-    EXPECT_EQ(signal.shadowing.skyline.share, values.at("skyline"));
-    EXPECT_NEAR(drawn.city.facades.shares.at("coated_glass"), values.at("facades"), 1e-12);
+    EXPECT_EQ(signal.shadowing.skyline.fraction, values.at("skyline"));
+    EXPECT_NEAR(drawn.city.facades.fractions.at("coated_glass"), values.at("facades"), 1e-12);
     double sum = 0;
-    for (const auto& [name, share] : drawn.city.facades.shares) sum += share;
+    for (const auto& [name, fraction] : drawn.city.facades.fractions) sum += fraction;
     EXPECT_NEAR(sum, 1, 1e-12);
     levels.insert(static_cast<int>((values.at("level") + 10) / 16 * kN));
-    shares.insert(static_cast<int>(values.at("skyline") / 0.75 * kN));
+    fractions.insert(static_cast<int>(values.at("skyline") / 0.75 * kN));
     simulation::Scenario same = scenario;
     EXPECT_EQ(again.apply(k, same), values);
   }
   EXPECT_EQ(levels.size(), kN) << "each stratum has one draw";
-  EXPECT_EQ(shares.size(), kN);
+  EXPECT_EQ(fractions.size(), kN);
 }
 
 // A standard deviation given by the user is kept, and the run samples from it.

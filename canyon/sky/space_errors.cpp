@@ -175,7 +175,7 @@ void visit(options::Visitor& v, SpaceErrorOptions& o) {
                            o.orbit_clock_m, {0, 1e4});
   v.number({"orbit_clock_time_s", "s", "time constant of these errors"}, o.orbit_clock_time_s, {60, 1e6});
   v.number({"ionosphere_share", "", "rms error of the broadcast model's delay, as a fraction of this delay"},
-           o.ionosphere_share, {0, 2});
+           o.ionosphere_fraction, {0, 2});
   v.number({"ionosphere_time_s", "s", "time constant of this error"}, o.ionosphere_time_s, {60, 1e6});
   v.number({"ionosphere_length_m", "m", "correlation length of this error"}, o.ionosphere_length_m,
            {1e3, 1e8});
@@ -258,8 +258,9 @@ double SpaceErrors::ionosphere_m(const orbit::LineOfSight& line, const Reception
   const double s = -up + std::sqrt(up * up + kShell_m * kShell_m - receiver.squaredNorm());
   const Eigen::Vector3d pierced = receiver + s * line.direction_ecef;
   const double slant = kShell_m / pierced.dot(line.direction_ecef);  // 1 / cos of the angle there
-  const double delay_m = model_m * (1 + options_.ionosphere_share * ionosphere_.at(reception.time, pierced)) +
-                         slant * kTravelling_m * travelling_.at(reception.time, pierced);
+  const double delay_m =
+      model_m * (1 + options_.ionosphere_fraction * ionosphere_.at(reception.time, pierced)) +
+      slant * kTravelling_m * travelling_.at(reception.time, pierced);
   return std::max(0.0, delay_m);
 }
 

@@ -97,7 +97,7 @@ struct SpaceErrorOptions {
   double orbit_clock_time_s = 3600;  ///< [60, 1e6]; assumed: between two uploads and updates
   /// Standard deviation of the broadcast model's error over its slant delay [1], [0, 2]. The model removes at
   /// least half of the error's rms (IS-GPS-200, 20.3.3.5.2.5): s / sqrt(1 + s^2) = 0.5 gives 0.58.
-  double ionosphere_share = 0.6;
+  double ionosphere_fraction = 0.6;
   double ionosphere_time_s = 7200;  ///< [60, 1e6]; assumed
   /// Solar flux at 10.7 cm of a sky without its own coefficients [sfu], [50, 400]. Default: medium activity
   /// with nominal satellites, else the mean of the date's year.

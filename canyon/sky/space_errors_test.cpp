@@ -159,7 +159,7 @@ TEST(SpaceErrors, HaveNoIonosphereWithoutAModel) {
 
 TEST(SpaceErrors, RefuseWhatIsOutOfRange) {
   SpaceErrorOptions options;
-  options.ionosphere_share = -1;
+  options.ionosphere_fraction = -1;
   EXPECT_THROW(SpaceErrors(options, 1, {}, {}), InputError);
   options = {};
   options.orbit_clock_m = {{"Navic", 1}};

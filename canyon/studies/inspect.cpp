@@ -127,10 +127,10 @@ FileReport inspect_raster(const std::filesystem::path& path) {
     report.contents.emplace_back("middle",
                                  fmt::format("{:.6f}, {:.6f} deg", summary.middle->y(), summary.middle->x()));
   }
-  if (summary.empty_share > 0) {
+  if (summary.empty_fraction > 0) {
     report.notes.add_line(ReadReport::Level::Loss,
                           fmt::format("{:.1f} % of the posts have no height, or one beyond -500 to 9,000 m",
-                                      100 * summary.empty_share));
+                                      100 * summary.empty_fraction));
   }
   return report;
 }

@@ -49,8 +49,8 @@ class Recorded {
   [[nodiscard]] const ReadReport& report() const { return report_; }
   [[nodiscard]] std::vector<std::string> warnings() const { return report_.warnings(); }
 
-  py::object align(double share, bool heading, int threads) {
-    const std::size_t count = part(0, share).second;
+  py::object align(double fraction, bool heading, int threads) {
+    const std::size_t count = part(0, fraction).second;
     validation::AlignOptions options;
     options.heading = heading;
     options.threads = threads;
@@ -67,9 +67,9 @@ class Recorded {
   }
 
   /// Metrics of each model on [from, to) of the epochs, as in `canyon validate --json`.
-  [[nodiscard]] py::object validate(const std::pair<double, double>& shares,
+  [[nodiscard]] py::object validate(const std::pair<double, double>& fractions,
                                     const std::vector<std::string>& keys, int threads) const {
-    const auto [first, count] = part(shares.first, shares.second);
+    const auto [first, count] = part(fractions.first, fractions.second);
     std::vector<validation::Model> models;
     const simulation::ReceiverConfig& receiver = scenario_.receivers.front();
     models.push_back({"", fmt::format("{} (the scenario's)", receiver.options.name), receiver});
@@ -125,8 +125,8 @@ class Recorded {
       throw InputError(fmt::format("the part from {} to {} is not a valid part", from, to),
                        "give fractions of the recording, 0 to 1");
     }
-    const auto at = [&](double share) {
-      return static_cast<std::size_t>(std::lround(share * static_cast<double>(epochs())));
+    const auto at = [&](double fraction) {
+      return static_cast<std::size_t>(std::lround(fraction * static_cast<double>(epochs())));
     };
     const std::size_t count = at(to) - at(from);
     if (count < kFewestEpochs) {
@@ -163,8 +163,8 @@ py::dict calibrate(const std::vector<Recorded*>& recordings, double from, double
   head.description = "calibrated in Python";
   head.notes = {"Written by canyon " CANYON_VERSION " (Python); docs/methods.md describes it."};
   py::dict city;
-  if (const auto share = calibration::fitted_glass(result))
-    city["facades"] = py::dict("shares"_a = calibration::facade_shares(*share));
+  if (const auto fraction = calibration::fitted_glass(result))
+    city["facades"] = py::dict("shares"_a = calibration::facade_fractions(*fraction));
   std::vector<calibration::Estimate> of_city;
   if (result.coated_glass) of_city.push_back(*result.coated_glass);
   return py::dict("estimates"_a = from_json(calibration::to_json(result.estimates)),

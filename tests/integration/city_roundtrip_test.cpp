@@ -33,12 +33,12 @@ constexpr int kPositions = 100;
 std::vector<propagation::Arrival> arrivals(const city::City& city,
                                            const std::vector<Eigen::Vector3d>& points) {
   std::mt19937_64 random(42);
-  std::uniform_real_distribution<double> share(0, 1);
+  std::uniform_real_distribution<double> fraction(0, 1);
   std::vector<double> azimuths;
   std::vector<double> elevations;
   for (int i = 0; i < kSatellites; ++i) {
-    azimuths.push_back(2 * geodesy::kPi * share(random));
-    elevations.push_back(geodesy::radians(5 + 80 * share(random)));
+    azimuths.push_back(2 * geodesy::kPi * fraction(random));
+    elevations.push_back(geodesy::radians(5 + 80 * fraction(random)));
   }
   const auto sky = std::make_shared<orbit::FrozenSky>(city.frame.origin(), azimuths, elevations);
   const simulation::Environment environment(city, sky);
@@ -57,12 +57,12 @@ std::vector<Eigen::Vector3d> points_in(const city::City& city) {
   const city::Box bounds = city.bounds();
   const raytrace::RayScene scene(city.mesh);
   std::mt19937_64 random(7);
-  std::uniform_real_distribution<double> share(0.1, 0.9);
+  std::uniform_real_distribution<double> fraction(0.1, 0.9);
   std::vector<Eigen::Vector3d> points;
   for (int tries = 0; tries < 100 * kPositions && points.size() < kPositions; ++tries) {
     Eigen::Vector3d point = bounds.min;
     for (int axis = 0; axis < 2; ++axis) {
-      point[axis] += share(random) * (bounds.max - bounds.min)[axis];
+      point[axis] += fraction(random) * (bounds.max - bounds.min)[axis];
     }
     point.z() += 2;
     if (scene.containment(point) == raytrace::Containment::Free) points.push_back(point);

@@ -368,13 +368,13 @@ std::string difference(const Result& map, const Result& receiver, const receiver
                                  std::abs(map.vertical_m - receiver.vertical_m));
   const double dop = std::max({std::abs(map.hdop / receiver.hdop - 1), std::abs(map.pdop / receiver.pdop - 1),
                                std::abs(map.vdop / receiver.vdop - 1)});
-  const double share = metres / std::max(1.0, off_m);
+  const double fraction = metres / std::max(1.0, off_m);
   const bool through_atmosphere = options.troposphere || options.fix.correct_troposphere ||
                                   options.ionosphere || options.fix.correct_ionosphere;
   const bool coarse = options.fix.convergence_m > 1e-3;
-  if (!(share < kLinear + (through_atmosphere || coarse ? kByAtmosphere : 0))) return "position";
+  if (!(fraction < kLinear + (through_atmosphere || coarse ? kByAtmosphere : 0))) return "position";
   if (!(dop < 1e-3)) return "DOP";
-  count.worst = std::max(count.worst, share);
+  count.worst = std::max(count.worst, fraction);
   count.worst_dop = std::max(count.worst_dop, dop);
   return {};
 }

@@ -128,7 +128,9 @@ TEST(SignalFiles, PhaseOfADriveFollowsItsDoppler) {
       last[s.id] = {tag, s};
     }
   }
-  const auto at = [](std::vector<double>& values, double share) { return quantile(values, share).value(); };
+  const auto at = [](std::vector<double>& values, double fraction) {
+    return quantile(values, fraction).value();
+  };
   std::printf(
       "%zu steps of phase differ from the Doppler's by %.2g cycles in the median, %.2g in nine of ten\n",
       apart.size(), at(apart, 0.5), at(apart, 0.9));

@@ -35,10 +35,10 @@ struct Within {
       vertical += std::abs(error.z()) <= 2 * std::sqrt(variance.z()) ? 1 : 0;
     }
   }
-  void expect_at_least(double share) const {
+  void expect_at_least(double fraction) const {
     ASSERT_GT(fixes, 50);
-    EXPECT_GE(horizontal, share * fixes) << fixes;
-    EXPECT_GE(vertical, share * fixes) << fixes;
+    EXPECT_GE(horizontal, fraction * fixes) << fixes;
+    EXPECT_GE(vertical, fraction * fixes) << fixes;
   }
 };
 

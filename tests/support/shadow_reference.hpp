@@ -59,8 +59,8 @@ inline double distance_to_edge(const city::Mesh& mesh, const Eigen::Vector3d& or
       const Eigen::Vector2d start(a.dot(across1), a.dot(across2)), end(b.dot(across1), b.dot(across2));
       const Eigen::Vector2d side = end - start;
       const double length2 = side.squaredNorm();
-      const double share = length2 > 0 ? std::clamp(-start.dot(side) / length2, 0.0, 1.0) : 0.0;
-      least = std::min(least, (start + share * side).norm());
+      const double fraction = length2 > 0 ? std::clamp(-start.dot(side) / length2, 0.0, 1.0) : 0.0;
+      least = std::min(least, (start + fraction * side).norm());
     }
     const Eigen::Vector3d& a = mesh.vertices[t[0]];
     const Eigen::Vector3d &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];

@@ -59,9 +59,9 @@ inline Path direct_path(const orbit::LineOfSight& line) {
   return path;
 }
 
-/// A reflection by a metal plane with the fraction `share` of the amplitude, at normal incidence from
+/// A reflection by a metal plane with the fraction `fraction` of the amplitude, at normal incidence from
 /// `arrival` (ENU).
-inline Path mirror_path(const Eigen::Vector3d& arrival, double excess_m, double share,
+inline Path mirror_path(const Eigen::Vector3d& arrival, double excess_m, double fraction,
                         std::uint64_t reflector = 1) {
   Path path;
   path.kind = PathKind::Reflected;
@@ -71,7 +71,7 @@ inline Path mirror_path(const Eigen::Vector3d& arrival, double excess_m, double 
   path.reflector = reflector;
   path.incidence_count = 1;
   path.incidences[0].material = city::Material::Metal;
-  path.incidences[0].specular_factor = share;
+  path.incidences[0].specular_factor = fraction;
   path.arrival_elevation_rad = std::asin(arrival.z());
   return path;
 }

@@ -98,10 +98,10 @@ shadowing: {skyline: {share: 0}}
                               nmea = folder_ / "car.nmea";
 
  private:
-  static city::City dressed(city::City city, const Facades& shares, std::uint64_t seed) {
-    if (shares.empty()) return city;
+  static city::City dressed(city::City city, const Facades& fractions, std::uint64_t seed) {
+    if (fractions.empty()) return city;
     city::FacadeOptions options;
-    options.shares = shares;
+    options.fractions = fractions;
     (void)city::dress_facades(city, options, false, seed);
     return city;
   }

@@ -112,8 +112,8 @@ class Triangles {
     std::uint32_t middle = begin + (end - begin) / 2;
     constexpr int kSlices = 12;
     const auto slice = [&](std::uint32_t triangle) {
-      const double share = (boxes_[triangle].center()[axis] - middles.min()[axis]) / extent;
-      return std::min(kSlices - 1, static_cast<int>(kSlices * share));
+      const double fraction = (boxes_[triangle].center()[axis] - middles.min()[axis]) / extent;
+      return std::min(kSlices - 1, static_cast<int>(kSlices * fraction));
     };
     if (extent > 0) {
       std::array<Eigen::AlignedBox3d, kSlices> slices;

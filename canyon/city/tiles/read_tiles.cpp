@@ -23,7 +23,7 @@ namespace {
 constexpr std::size_t kTilesAtATime = 64;
 constexpr std::size_t kNamedGaps = 5;
 constexpr double kLargestCity_m = 200e3;
-constexpr double kGroundShare = 0.05;
+constexpr double kGroundFraction = 0.05;
 
 Eigen::Matrix4d enu_from_ecef(const geodesy::LocalFrame& frame) {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
@@ -197,8 +197,8 @@ class TilesReader {
       const city::Box box = city.bounds();
       middle.head<2>() = (box.min + box.max).head<2>() / 2;
       for (const Eigen::Vector3d& v : city.mesh.vertices) heights.push_back(v.z());
-      const auto low =
-          heights.begin() + static_cast<std::ptrdiff_t>(kGroundShare * static_cast<double>(heights.size()));
+      const auto low = heights.begin() +
+                       static_cast<std::ptrdiff_t>(kGroundFraction * static_cast<double>(heights.size()));
       std::nth_element(heights.begin(), low, heights.end());
       middle.z() = *low;
       origin = frame_.geodetic_from_local(middle);

@@ -359,7 +359,7 @@ namespace {
 constexpr double kFarthest_m = 500e3;
 /// A sheet has no face steeper than this: |n_z| at least cos(80 deg), as for mesh files.
 constexpr double kSheetSlope = 0.17364817766693041;
-constexpr double kSheetShare = 0.5;
+constexpr double kSheetFraction = 0.5;
 
 std::string text_at(const std::vector<std::string>& texts, std::uint32_t index) {
   return index < texts.size() ? texts[index] : std::string();
@@ -496,7 +496,7 @@ void TileMesh::add_part(Part& part, const city::Box& tile) {
       sheet = sheet && std::abs(normal.z()) >= kSheetSlope * normal.norm();
       for (const std::uint32_t v : triangle) extend(box, part.vertices[v]);
     }
-    if (sheet && plan_area(box) >= kSheetShare * plan_area(tile)) {
+    if (sheet && plan_area(box) >= kSheetFraction * plan_area(tile)) {
       part.surface = city::Surface::Terrain;
       ++sheets_;
     }

@@ -425,7 +425,7 @@ bool operator==(const HostOrigin& a, const HostOrigin& b) {
 
 bool operator==(const WorldScene::Options& a, const WorldScene::Options& b) {
   return a.name == b.name && a.visual == b.visual && a.frame == b.frame && a.facades.mix == b.facades.mix &&
-         a.facades.shares == b.facades.shares && a.facades.named == b.facades.named && a.seed == b.seed;
+         a.facades.fractions == b.facades.fractions && a.facades.named == b.facades.named && a.seed == b.seed;
 }
 
 }  // namespace canyon::live

@@ -68,7 +68,7 @@ double of(const RunSummary& s) {
   return static_cast<double>(s.*member);
 }
 template <std::size_t RunSummary::*count>
-double share_of_epochs(const RunSummary& s) {
+double fraction_of_epochs(const RunSummary& s) {
   return s.epochs > 0 ? static_cast<double>(s.*count) / static_cast<double>(s.epochs) : kNan;
 }
 template <double RunSummary::*value>
@@ -95,7 +95,7 @@ constexpr SummaryFigure kFigures[]{
     {"epochs", "", 0, "epochs", 1, "epochs", "epochs", &of<&S::epochs>},
     {"fixes", "", 0, "epochs with fix", 1, "", "epochs with a fix", &of<&S::fixes>},
     {"fix_share", "", 1, "epochs with fix", 100, "fix_share", "fraction of epochs with a fix",
-     &share_of_epochs<&S::fixes>},
+     &fraction_of_epochs<&S::fixes>},
     {"longest_outage_s", "s", 1, "longest outage", 1, "longest_outage", "longest time without a fix",
      &of<&S::longest_outage_s>},
     {"horizontal_p50_m", "m", 3, "horizontal error, median", 1, "horizontal_error_p50",
@@ -117,12 +117,12 @@ constexpr SummaryFigure kFigures[]{
     {"mean_used", "", 1, "satellites used, mean", 1, "satellites_used", "satellites used in fixes, mean",
      &of<&S::mean_used>},
     {"los_share", "", 1, "LOS", 100, "los_share",
-     "fraction of satellites above the mask in line of sight without multipath", &of<&S::los_share>},
+     "fraction of satellites above the mask in line of sight without multipath", &of<&S::los_fraction>},
     {"los_multipath_share", "", 1, "LOS+multipath", 100, "los_multipath_share",
-     "fraction in line of sight with multipath", &of<&S::los_multipath_share>},
+     "fraction in line of sight with multipath", &of<&S::los_multipath_fraction>},
     {"nlos_share", "", 1, "NLOS", 100, "nlos_share", "fraction received without line of sight",
-     &of<&S::nlos_share>},
-    {"blocked_share", "", 1, "blocked", 100, "blocked_share", "fraction blocked", &of<&S::blocked_share>},
+     &of<&S::nlos_fraction>},
+    {"blocked_share", "", 1, "blocked", 100, "blocked_share", "fraction blocked", &of<&S::blocked_fraction>},
     {"mean_cn0_los_dbhz", "dB-Hz", 1, "C/N0 in sight, mean", 1, "cn0_los",
      "C/N0 of satellites in line of sight, mean", &of<&S::mean_cn0_los_dbhz>, &known<&S::mean_cn0_los_dbhz>},
     {"mean_cn0_nlos_dbhz", "dB-Hz", 1, "C/N0 of NLOS, mean", 1, "cn0_nlos",
@@ -138,13 +138,13 @@ constexpr SummaryFigure kFigures[]{
     {"by_differential", "", 0, "", 1, "", "epochs with a differential position", &of<&S::by_differential>},
     {"wrong_fixes", "", 0, "", 1, "", "epochs with a fixed position that is wrong", &of<&S::wrong_fixes>},
     {"fixed_share", "", 1, "epochs fixed", 100, "fixed_share",
-     "fraction of epochs with a fixed position (RTK)", &share_of_epochs<&S::by_fixed>, &corrected},
+     "fraction of epochs with a fixed position (RTK)", &fraction_of_epochs<&S::by_fixed>, &corrected},
     {"float_share", "", 1, "epochs float", 100, "float_share", "fraction of epochs with a float position",
-     &share_of_epochs<&S::by_float>, &corrected},
+     &fraction_of_epochs<&S::by_float>, &corrected},
     {"differential_share", "", 1, "epochs differential", 100, "",
-     "fraction of epochs with a differential position", &share_of_epochs<&S::by_differential>, &corrected},
+     "fraction of epochs with a differential position", &fraction_of_epochs<&S::by_differential>, &corrected},
     {"wrong_fix_share", "", 1, "epochs wrongly fixed", 100, "wrong_fix_share",
-     "fraction of epochs with a fixed position that is wrong", &share_of_epochs<&S::wrong_fixes>,
+     "fraction of epochs with a fixed position that is wrong", &fraction_of_epochs<&S::wrong_fixes>,
      &ever_fixed},
     {"fixed_p95_m", "m", 3, "horizontal error while fixed, 95 %", 1, "fixed_error_p95",
      "95 % of the horizontal error while fixed", &of<&S::fixed_p95_m>, &ever_fixed},
@@ -251,14 +251,14 @@ std::vector<RunSummary> SummarySink::summaries() const {
     s.mean_used = tally.used / epochs;
     std::size_t satellites = 0;
     for (const std::size_t n : tally.by_visibility) satellites += n;
-    const auto share = [&](propagation::Visibility visibility) {
+    const auto fraction = [&](propagation::Visibility visibility) {
       const auto n = static_cast<double>(tally.by_visibility[static_cast<std::size_t>(visibility)]);
       return satellites > 0 ? n / static_cast<double>(satellites) : kNan;
     };
-    s.los_share = share(propagation::Visibility::LOS);
-    s.los_multipath_share = share(propagation::Visibility::LOSMultipath);
-    s.nlos_share = share(propagation::Visibility::NLOS);
-    s.blocked_share = share(propagation::Visibility::Blocked);
+    s.los_fraction = fraction(propagation::Visibility::LOS);
+    s.los_multipath_fraction = fraction(propagation::Visibility::LOSMultipath);
+    s.nlos_fraction = fraction(propagation::Visibility::NLOS);
+    s.blocked_fraction = fraction(propagation::Visibility::Blocked);
     s.median_hdop = tally.hdop.quantile(0.50).value_or(kNan);
     s.mean_cn0_los_dbhz = tally.cn0_los_dbhz.mean();
     s.mean_cn0_nlos_dbhz = tally.cn0_nlos_dbhz.mean();

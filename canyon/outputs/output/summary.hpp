@@ -24,8 +24,8 @@ struct RunSummary {
   double vertical_p50_m = 0, vertical_p95_m = 0;
   double mean_visible = 0, mean_blocked = 0,
          mean_used = 0;  ///< per epoch, including epochs without a fix (0 used)
-  double los_share = 0, los_multipath_share = 0, nlos_share = 0,
-         blocked_share = 0;  ///< of satellites above mask
+  double los_fraction = 0, los_multipath_fraction = 0, nlos_fraction = 0,
+         blocked_fraction = 0;  ///< of satellites above mask
   double median_hdop = 0;
   /// C/N0 of measurements above the mask, as reported; NaN if signals have no strength. LOS with multipath
   /// counts as LOS.

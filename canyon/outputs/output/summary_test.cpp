@@ -42,10 +42,10 @@ TEST(Summary, FiguresOfARunWithAnOutage) {
   EXPECT_EQ(s.mean_blocked, 1);
   EXPECT_EQ(s.mean_used, 4.5);  // 9 in half of the epochs
   // 11 satellites are above the mask: 7 LOS, 1 LOS+multipath, 2 NLOS, 1 blocked.
-  EXPECT_NEAR(s.los_share, 7.0 / 11, 1e-12);
-  EXPECT_NEAR(s.los_multipath_share, 1.0 / 11, 1e-12);
-  EXPECT_NEAR(s.nlos_share, 2.0 / 11, 1e-12);
-  EXPECT_NEAR(s.blocked_share, 1.0 / 11, 1e-12);
+  EXPECT_NEAR(s.los_fraction, 7.0 / 11, 1e-12);
+  EXPECT_NEAR(s.los_multipath_fraction, 1.0 / 11, 1e-12);
+  EXPECT_NEAR(s.nlos_fraction, 2.0 / 11, 1e-12);
+  EXPECT_NEAR(s.blocked_fraction, 1.0 / 11, 1e-12);
   EXPECT_EQ(s.median_hdop, 1.25);
   EXPECT_EQ(s.longest_outage_s, 3);  // from second 2 to the fix at second 5
 }

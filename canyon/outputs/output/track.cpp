@@ -368,11 +368,11 @@ std::optional<std::array<geodesy::Geodetic, 2>> antimeridian_crossing(const geod
   const double apart = to.longitude_rad - from.longitude_rad;
   if (std::abs(apart) <= geodesy::kPi) return std::nullopt;
   const double edge = std::copysign(geodesy::kPi, from.longitude_rad);
-  const double share = (edge - from.longitude_rad) / (apart + 2 * edge);
+  const double fraction = (edge - from.longitude_rad) / (apart + 2 * edge);
   geodesy::Geodetic last = from;
   last.longitude_rad = edge;
-  last.latitude_rad += share * (to.latitude_rad - from.latitude_rad);
-  last.height_m += share * (to.height_m - from.height_m);
+  last.latitude_rad += fraction * (to.latitude_rad - from.latitude_rad);
+  last.height_m += fraction * (to.height_m - from.height_m);
   geodesy::Geodetic first = last;
   first.longitude_rad = -edge;
   return std::array{last, first};

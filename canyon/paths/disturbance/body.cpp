@@ -56,7 +56,7 @@ bool span(double low_excess, bool over_low, double high_excess, bool under_high,
 }
 
 struct Cover {
-  Complex share;
+  Complex fraction;
   bool covers;
   double excess_m;
 };
@@ -166,7 +166,7 @@ Blockage blockage(const Body& body, const Sight& ray, double wavelength_m) {
   if (outline.far <= 0 || outline.near > ray.ahead_m) return {};
   const auto seen = cover(ray, outline, wavelength_m);
   if (!seen) return {};
-  return {std::abs(1.0 - seen->share), seen->covers, seen->covers ? seen->excess_m : 0};
+  return {std::abs(1.0 - seen->fraction), seen->covers, seen->covers ? seen->excess_m : 0};
 }
 
 double crown_depth_m(const Body& body, const Vector3d& antenna, const Vector3d& arrival, double leg_m) {
@@ -217,7 +217,7 @@ std::optional<propagation::Path> side_reflection(const Body& body, int side, con
       ray, {seen(middle - across), seen(middle + across), passes, passes, body.bottom_m, body.top_m, false},
       wavelength_m);
   if (!covered) return std::nullopt;
-  const double factor = std::abs(covered->share);
+  const double factor = std::abs(covered->fraction);
   if (factor < least) return std::nullopt;
 
   propagation::Path path;

@@ -43,7 +43,7 @@ Shadowing::Shadowing(const ShadowingOptions& options, std::uint64_t seed, const 
 
 void Shadowing::go_to(double travelled_m, double height_m) {
   assert(travelled_m >= travelled_m_);
-  share_above_ = options_.numbers ? 1 : options_.skyline.share_above(height_m);
+  fraction_above_ = options_.numbers ? 1 : options_.skyline.fraction_above(height_m);
   if (travelled_m <= travelled_m_) return;
   const double steps = (travelled_m - travelled_m_) / kCorrelation_m;
   const double kept = std::exp(-steps), fresh = std::sqrt(-std::expm1(-2 * steps));
@@ -66,21 +66,21 @@ double Shadowing::passed(FrameStates::States states, double into_m) const {
 
 ShadowingParameters Shadowing::parameters(double elevation_rad) const {
   ShadowingParameters p = shadowing_parameters(options_, elevation_rad);
-  if (share_above_ == 1) return p;
-  const double share = share_above_ * p.shadowed_share();
-  p.enter = p.leave * share / (1 - share);
+  if (fraction_above_ == 1) return p;
+  const double fraction = fraction_above_ * p.shadowed_fraction();
+  p.enter = p.leave * fraction / (1 - fraction);
   return p;
 }
 
 Shadowing::Shadow Shadowing::of(const Eigen::Vector3d& direction) {
-  nodes_.shares(direction, shares_);
+  nodes_.weights(direction, weights_);
   const SkyCell here = locate(direction);
   const ShadowingParameters p = parameters(std::asin(std::min(direction.z(), 1.0)));
-  const FrameStates::States states = shadows_.at(here.frame, shares_, {p.enter, p.leave});
-  const double share = passed(states, here.into_m);
-  const double mean = p.clear_mean_db + share * (p.shadowed_mean_db - p.clear_mean_db);
-  const double sigma = p.clear_sigma_db + share * (p.shadowed_sigma_db - p.clear_sigma_db);
-  return {mean + sigma * SkyNodes::blend(shares_, levels_), states.now};
+  const FrameStates::States states = shadows_.at(here.frame, weights_, {p.enter, p.leave});
+  const double fraction = passed(states, here.into_m);
+  const double mean = p.clear_mean_db + fraction * (p.shadowed_mean_db - p.clear_mean_db);
+  const double sigma = p.clear_sigma_db + fraction * (p.shadowed_sigma_db - p.clear_sigma_db);
+  return {mean + sigma * SkyNodes::blend(weights_, levels_), states.now};
 }
 
 DirectShadowing::DirectShadowing(const ShadowingOptions& options, std::uint64_t seed,
@@ -124,7 +124,7 @@ FrameStates::FrameStates(const SkyNodes& nodes, std::uint64_t seed, std::string_
       frames_(kSlots, std::numeric_limits<std::int64_t>::min()),
       quarters_(kSlots * size_) {}
 
-double FrameStates::uniform(std::int64_t frame, std::span<const SkyNodes::Share> shares) {
+double FrameStates::uniform(std::int64_t frame, std::span<const SkyNodes::NodeWeight> weights) {
   const std::size_t slot = static_cast<std::uint64_t>(frame) % kSlots;
   const std::span<std::int8_t> quarters = std::span(quarters_).subspan(slot * size_, size_);
   if (frames_[slot] != frame) {
@@ -132,15 +132,15 @@ double FrameStates::uniform(std::int64_t frame, std::span<const SkyNodes::Share>
     for (std::int8_t& number : quarters) number = static_cast<std::int8_t>(4 * coins(stream));
     frames_[slot] = frame;
   }
-  return upper_tail(-SkyNodes::blend(shares, quarters) / 4);
+  return upper_tail(-SkyNodes::blend(weights, quarters) / 4);
 }
 
-bool FrameStates::state(std::int64_t frame, std::span<const SkyNodes::Share> shares, Steps steps) {
+bool FrameStates::state(std::int64_t frame, std::span<const SkyNodes::NodeWeight> weights, Steps steps) {
   const double stay = 1 - steps.leave;
   const double low = std::min(steps.enter, stay), high = std::max(steps.enter, stay);
   bool rotated = false;  // flipped by the frames between
   for (int back = 0;; ++back) {
-    const double u = uniform(frame - back, shares);
+    const double u = uniform(frame - back, weights);
     if (u < low || u >= high) return (u < low) != rotated;
     if (back == kFarthest)
       return (u - low < (high - low) * steps.enter / (steps.enter + steps.leave)) != rotated;
@@ -149,11 +149,11 @@ bool FrameStates::state(std::int64_t frame, std::span<const SkyNodes::Share> sha
   }
 }
 
-FrameStates::States FrameStates::at(std::int64_t frame, std::span<const SkyNodes::Share> shares,
+FrameStates::States FrameStates::at(std::int64_t frame, std::span<const SkyNodes::NodeWeight> weights,
                                     Steps steps) {
   States states;
-  states.before = state(frame - 1, shares, steps);
-  states.now = uniform(frame, shares) < (states.before ? 1 - steps.leave : steps.enter);
+  states.before = state(frame - 1, weights, steps);
+  states.now = uniform(frame, weights) < (states.before ? 1 - steps.leave : steps.enter);
   return states;
 }
 

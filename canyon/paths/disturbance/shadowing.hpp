@@ -38,12 +38,12 @@ class FrameStates {
 
   /// @param frame any number; @param shares weights of the direction. A chain with a memory of more than
   /// 4,096 frames is restarted at that distance with a new sample.
-  [[nodiscard]] States at(std::int64_t frame, std::span<const SkyNodes::Share> shares, Steps steps);
+  [[nodiscard]] States at(std::int64_t frame, std::span<const SkyNodes::NodeWeight> weights, Steps steps);
 
  private:
-  [[nodiscard]] bool state(std::int64_t frame, std::span<const SkyNodes::Share> shares, Steps steps);
+  [[nodiscard]] bool state(std::int64_t frame, std::span<const SkyNodes::NodeWeight> weights, Steps steps);
   /// P(normal < z) of a direction's number in a frame.
-  [[nodiscard]] double uniform(std::int64_t frame, std::span<const SkyNodes::Share> shares);
+  [[nodiscard]] double uniform(std::int64_t frame, std::span<const SkyNodes::NodeWeight> weights);
 
   std::size_t size_;  // of a realization
   std::uint64_t root_;
@@ -96,8 +96,8 @@ class Shadowing {
   Eigen::Vector3d axis_;        // axis along which shadows move with the satellites
   double origin_m_ = 0;         // of frames
   double travelled_m_ = 0;
-  double share_above_ = 1;  // of obstacles, SkylineOptions::share_above()
-  std::vector<SkyNodes::Share> shares_;
+  double fraction_above_ = 1;  // of obstacles, SkylineOptions::fraction_above()
+  std::vector<SkyNodes::NodeWeight> weights_;
 };
 
 /// Obstacles that the map lacks, at one antenna: shadows on every satellite's direct path (Shadowing), and

@@ -39,8 +39,8 @@ ShadowingParameters of_row(const Row& row) {
           row.p21 / (row.p21 + row.p22)};
 }
 
-ShadowingParameters between(const ShadowingParameters& a, const ShadowingParameters& b, double share) {
-  const auto mix = [share](double from, double to) { return from + share * (to - from); };
+ShadowingParameters between(const ShadowingParameters& a, const ShadowingParameters& b, double fraction) {
+  const auto mix = [fraction](double from, double to) { return from + fraction * (to - from); };
   return {mix(a.clear_mean_db, b.clear_mean_db),
           mix(a.clear_sigma_db, b.clear_sigma_db),
           mix(a.shadowed_mean_db, b.shadowed_mean_db),
@@ -83,12 +83,12 @@ void SkylineOptions::validate() const {
   options::check(*this, "skyline");
 }
 
-double SkylineOptions::share_above(double above_m) const {
+double SkylineOptions::fraction_above(double above_m) const {
   const double x = 2 * std::max(0.0, above_m - kBase_m) / height_m;
   return (1 + x) * std::exp(-x);
 }
 
-std::pair<double, double> obstacle_shares(ShadowingEnvironment environment) {
+std::pair<double, double> obstacle_fractions(ShadowingEnvironment environment) {
   switch (environment) {
     case ShadowingEnvironment::Urban:
       return {0, 0.5};
@@ -106,15 +106,15 @@ std::pair<double, double> obstacle_shares(ShadowingEnvironment environment) {
 
 SkylineOptions skyline_numbers(const ShadowingOptions& options) {
   SkylineOptions o = options.skyline;
-  const auto [low, high] = obstacle_shares(options.environment);
-  if (!o.share) o.share = (low + high) / 2;
+  const auto [low, high] = obstacle_fractions(options.environment);
+  if (!o.fraction) o.fraction = (low + high) / 2;
   return o;
 }
 
 void visit(options::Visitor& v, SkylineOptions& o) {
   v.number({"share", "", "fraction of azimuths with an obstacle on the ground that the map lacks",
             "dense 0.5, urban 0.25, suburban 0.1; random by the seed if surroundings are auto"},
-           o.share, {0, 1});
+           o.fraction, {0, 1});
   v.number({"height_m", "m", "mean height of these obstacles above 2 m"}, o.height_m, {0, 100, true});
 }
 
@@ -199,14 +199,14 @@ StreetNumbers street_numbers(const StreetOptions& o) {
   n.left = by_region.left;
   double sum = 0;
   for (std::size_t i = 0; i < kVehicles.size(); ++i) {
-    const auto given = o.vehicle_shares.find(std::string(kVehicles.at(i).name));
-    if (!o.vehicle_shares.empty())
-      sum += given != o.vehicle_shares.end() ? given->second : 0;
+    const auto given = o.vehicle_fractions.find(std::string(kVehicles.at(i).name));
+    if (!o.vehicle_fractions.empty())
+      sum += given != o.vehicle_fractions.end() ? given->second : 0;
     else
-      sum += kVehicles.at(i).shares.at(static_cast<std::size_t>(o.region));
-    n.shares.at(i) = sum;
+      sum += kVehicles.at(i).weights.at(static_cast<std::size_t>(o.region));
+    n.weights.at(i) = sum;
   }
-  for (double& share : n.shares) share /= sum;
+  for (double& fraction : n.weights) fraction /= sum;
   return n;
 }
 
@@ -216,17 +216,17 @@ void StreetOptions::validate() const {
     throw InputError(fmt::format("red_s of the streets is {}", red_s),
                      fmt::format("give 0 s to one cycle, {:g} s", cycle_s));
   }
-  if (vehicle_shares.empty()) return;
+  if (vehicle_fractions.empty()) return;
   double sum = 0;
   std::vector<std::string_view> names;
   names.reserve(kVehicles.size());
   for (const VehicleClass& each : kVehicles) names.push_back(each.name);
-  for (const auto& [name, share] : vehicle_shares) {
+  for (const auto& [name, fraction] : vehicle_fractions) {
     if (std::find(names.begin(), names.end(), name) == names.end()) {
       throw InputError(fmt::format("unknown class of vehicles '{}'", name),
                        fmt::format("write {}", fmt::join(names, ", ")));
     }
-    sum += share;
+    sum += fraction;
   }
   if (!(sum > 0)) throw InputError("vehicle_shares are all 0", "give at least one above 0");
 }
@@ -248,7 +248,7 @@ void visit(options::Visitor& v, StreetOptions& o) {
            {0, 65});
   v.named_numbers({"vehicle_shares", "",
                    "fractions of vehicles instead of the region's, divided by their sum: [car=80, bus=20]"},
-                  o.vehicle_shares, {0, 100}, "CLASS=SHARE");
+                  o.vehicle_fractions, {0, 100}, "CLASS=SHARE");
   v.number({"speed_mps", "m/s", "speed of traffic on a free road", "by class: 13.9, 11.1 or 8.3"},
            o.speed_mps, {0, 50, true});
   v.number({"cycle_s", "s", "period of the traffic lights"}, o.cycle_s, {1, 1000});

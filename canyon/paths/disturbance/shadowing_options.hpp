@@ -30,15 +30,15 @@ struct ShadowingParameters {
   double leave;  ///< probability of a clear frame after one in shadow, (0, 1]
 
   /// Fraction of the route in shadow: the stationary probability of the chain.
-  [[nodiscard]] double shadowed_share() const { return enter / (enter + leave); }
+  [[nodiscard]] double shadowed_fraction() const { return enter / (enter + leave); }
 };
 
 /// Obstacles on the ground that a map lacks: trees, awnings, signs, footbridges, buses, people. They cover a
 /// fraction of the azimuths, each at a distance and with a height, and are fixed in the world. An antenna
 /// above their tops has a free view over them.
 struct SkylineOptions {
-  std::optional<double> share;  ///< of azimuths with an obstacle, [0, 1]; empty: skyline_numbers()
-  double height_m = 8;          ///< mean of heights above kBase_m: gamma, shape 2; (0, 100]
+  std::optional<double> fraction;  ///< of azimuths with an obstacle, [0, 1]; empty: skyline_numbers()
+  double height_m = 8;             ///< mean of heights above kBase_m: gamma, shape 2; (0, 100]
 
   /// Height above the ground at which obstacles begin [m]: the roof of a car.
   static constexpr double kBase_m = 2;
@@ -47,7 +47,7 @@ struct SkylineOptions {
   /// Travelled distance after which the obstacles are independent [m].
   static constexpr double kLength_m = 25;
   /// Fraction of the obstacles whose tops are higher than this above the ground [m]; 1 up to kBase_m.
-  [[nodiscard]] double share_above(double above_m) const;
+  [[nodiscard]] double fraction_above(double above_m) const;
   void validate() const;
 };
 
@@ -60,7 +60,7 @@ struct SkylineOptions {
 /// Step probabilities between the other two states are conditional on not entering the third: enter = P12 /
 /// (P11 + P12), leave = P21 / (P21 + P22). docs/shadowing.md has the tables and their sources. They hold for
 /// a vehicle: for an antenna above SkylineOptions::kBase_m the fraction of shadow is multiplied by
-/// SkylineOptions::share_above().
+/// SkylineOptions::fraction_above().
 struct ShadowingOptions {
   bool enabled = false;
   ShadowingEnvironment environment = ShadowingEnvironment::Urban;
@@ -75,8 +75,8 @@ struct ShadowingOptions {
   void validate() const;
 };
 /// Minimum and maximum fraction of azimuths with an obstacle; uniformly distributed if not known better.
-[[nodiscard]] std::pair<double, double> obstacle_shares(ShadowingEnvironment environment);
-/// The obstacles with all values filled in: the middle of obstacle_shares().
+[[nodiscard]] std::pair<double, double> obstacle_fractions(ShadowingEnvironment environment);
+/// The obstacles with all values filled in: the middle of obstacle_fractions().
 [[nodiscard]] SkylineOptions skyline_numbers(const ShadowingOptions& options);
 
 /// Resolves ShadowingEnvironment::Auto.
@@ -107,7 +107,7 @@ enum class StreetClass : std::uint8_t { Arterial, Street, Residential };
 struct VehicleClass {
   std::string_view name;
   double length_m, width_m, height_m, sill_m;
-  std::array<double, 4> shares;  ///< by StreetRegion, each region's sum is 1
+  std::array<double, 4> weights;  ///< by StreetRegion, each region's sum is 1
 };
 /// All classes; docs/shadowing.md has the source or the range of each number.
 [[nodiscard]] std::span<const VehicleClass> vehicle_classes();
@@ -121,7 +121,7 @@ struct StreetOptions {
   int lanes = 0;                          ///< in each direction, [0, 6]; 0: by class
   std::optional<double> vehicles_per_km;  ///< of each lane, [0, 65]; empty: by class
   std::map<std::string, double>
-      vehicle_shares;               ///< of VehicleClass::name, over their sum; empty: the region's
+      vehicle_fractions;            ///< of VehicleClass::name, over their sum; empty: the region's
   std::optional<double> speed_mps;  ///< in free flow, (0, 50]; empty: by class
   double cycle_s = 90;              ///< of traffic lights, [1, 1000]
   double red_s = 40;                ///< of each cycle, [0, cycle_s]
@@ -150,8 +150,8 @@ struct StreetNumbers {
   double speed_mps = 0;  ///< of moving vehicles: the free-flow speed, or less by the density
   double trees_per_km = 0, signs_per_km = 0, awnings_per_km = 0, footbridges_per_km = 0;
   double antenna_height_m = StreetOptions::kAntennaHeight_m;
-  bool left = false;             ///< vehicles drive on the left
-  std::array<double, 8> shares;  ///< of vehicle_classes(), cumulative: the last one that counts is 1
+  bool left = false;              ///< vehicles drive on the left
+  std::array<double, 8> weights;  ///< of vehicle_classes(), cumulative: the last one that counts is 1
 };
 /// Speeds by the triangular fundamental diagram: min(free, w (k_j / k - 1)) with the backward wave w = 5 m/s
 /// and the jam density k_j = 140 vehicles/km (G. F. Newell, Transp. Res. B 27(4), 1993, p. 281-313; numbers

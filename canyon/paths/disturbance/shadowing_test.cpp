@@ -71,9 +71,9 @@ TEST(ShadowingParameters, AreThePublishedOnesWithoutDeepShadow) {
   EXPECT_DOUBLE_EQ(at(40).shadowed_sigma_db, 4.5);
   EXPECT_NEAR(at(40).enter, 0.0787, 5e-5);
   EXPECT_NEAR(at(40).leave, 0.1318, 5e-5);
-  EXPECT_NEAR(at(40).shadowed_share(), 0.374, 5e-4);
-  EXPECT_NEAR(at(60).shadowed_share(), 0.425, 5e-4);
-  EXPECT_NEAR(at(80).shadowed_share(), 0.276, 5e-4);
+  EXPECT_NEAR(at(40).shadowed_fraction(), 0.374, 5e-4);
+  EXPECT_NEAR(at(60).shadowed_fraction(), 0.425, 5e-4);
+  EXPECT_NEAR(at(80).shadowed_fraction(), 0.276, 5e-4);
   EXPECT_NEAR(at(50).shadowed_mean_db, (-8 - 6.3) / 2, 1e-12);
   EXPECT_NEAR(at(75).clear_sigma_db, 0.26 + 0.75 * (0.87 - 0.26), 1e-12);
   // Constant where nothing is published.
@@ -83,7 +83,7 @@ TEST(ShadowingParameters, AreThePublishedOnesWithoutDeepShadow) {
   EXPECT_DOUBLE_EQ(at(40).shadowed_mean_db, -3.7);
   EXPECT_DOUBLE_EQ(at(60).shadowed_mean_db, -2);
   EXPECT_DOUBLE_EQ(at(80).clear_sigma_db, 0.58);
-  EXPECT_NEAR(at(40).shadowed_share(), 0.517, 5e-4);
+  EXPECT_NEAR(at(40).shadowed_fraction(), 0.517, 5e-4);
 }
 
 // Lengths and counts of the states along one route, to `step_m`.
@@ -111,7 +111,7 @@ std::vector<Stretch> stretches(One& shadowing, double travelled_m, double step_m
 TEST(Shadowing, EndsAboveTheObstacles) {
   ShadowingOptions options;
   options.enabled = true;
-  const auto share = [&options](double height_m) {
+  const auto fraction = [&options](double height_m) {
     Shadowing shadowing(options, 3, "test");
     int shadowed = 0;
     constexpr int kFrames = 40000;
@@ -121,11 +121,11 @@ TEST(Shadowing, EndsAboveTheObstacles) {
     }
     return shadowed / double{kFrames};
   };
-  const double of_cars = shadowing_parameters(options, radians(40)).shadowed_share();
-  EXPECT_NEAR(share(1.5), of_cars, 0.015);
-  EXPECT_NEAR(share(6), of_cars * 2 * std::exp(-1), 0.015);
-  EXPECT_NEAR(share(14), of_cars * 4 * std::exp(-3), 0.01);
-  EXPECT_EQ(share(200), 0);
+  const double of_cars = shadowing_parameters(options, radians(40)).shadowed_fraction();
+  EXPECT_NEAR(fraction(1.5), of_cars, 0.015);
+  EXPECT_NEAR(fraction(6), of_cars * 2 * std::exp(-1), 0.015);
+  EXPECT_NEAR(fraction(14), of_cars * 4 * std::exp(-3), 0.01);
+  EXPECT_EQ(fraction(200), 0);
 }
 
 TEST(Shadowing, StatesLastGeometricNumbersOfFrames) {
@@ -343,7 +343,7 @@ TEST(Shadowing, StatesCorrelateOverTheWay) {
   // a frame are on straight lines between.
   ShadowingOptions options = custom(0.1, 0.15);
   options.frame_m = 4;
-  std::vector<double> shares(21);
+  std::vector<double> fractions(21);
   double shadowed = 0;
   constexpr int kCount = 400;
   for (int seed = 0; seed < kCount; ++seed) {
@@ -355,16 +355,16 @@ TEST(Shadowing, StatesCorrelateOverTheWay) {
     }
     for (std::size_t i = 0; i < 580; ++i) {
       shadowed += states[i] / (580.0 * kCount);
-      for (std::size_t lag = 0; lag < shares.size(); ++lag)
-        shares[lag] += (states[i] && states[i + lag]) / (580.0 * kCount);
+      for (std::size_t lag = 0; lag < fractions.size(); ++lag)
+        fractions[lag] += (states[i] && states[i + lag]) / (580.0 * kCount);
     }
   }
   EXPECT_NEAR(shadowed, 0.4, 0.01);
-  for (std::size_t lag = 0; lag < shares.size(); ++lag) {
+  for (std::size_t lag = 0; lag < fractions.size(); ++lag) {
     const double frames = static_cast<double>(lag) / 4;
     const double below = std::floor(frames);
     const double kept = std::pow(0.75, below) * (1 - 0.25 * (frames - below));
-    EXPECT_NEAR((shares[lag] - 0.4 * 0.4) / (0.4 * 0.6), kept, 0.05) << lag;
+    EXPECT_NEAR((fractions[lag] - 0.4 * 0.4) / (0.4 * 0.6), kept, 0.05) << lag;
   }
 }
 

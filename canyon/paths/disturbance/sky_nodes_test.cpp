@@ -22,11 +22,11 @@ Eigen::Vector3d somewhere(RandomStream& random) {
 
 // The correlation of the numbers of two directions in one realization, by their weights.
 double correlation(const SkyNodes& nodes, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  std::vector<SkyNodes::Share> of_a, of_b;
-  nodes.shares(a, of_a);
-  nodes.shares(b, of_b);
+  std::vector<SkyNodes::NodeWeight> of_a, of_b;
+  nodes.weights(a, of_a);
+  nodes.weights(b, of_b);
   std::vector<double> weights(nodes.size(), 0.0);
-  for (const SkyNodes::Share& share : of_a) weights[share.node] = share.weight;
+  for (const SkyNodes::NodeWeight& node_weight : of_a) weights[node_weight.node] = node_weight.weight;
   return SkyNodes::blend(of_b, weights);
 }
 
@@ -78,13 +78,13 @@ TEST(SkyNodes, ADrawIsNormalAtEveryDirection) {
   RandomStream random(3, "draws");
   std::vector<double> numbers(nodes.size());
   for (const double elevation : {0.0, 0.5, 1.5}) {
-    std::vector<SkyNodes::Share> shares;
-    nodes.shares(geodesy::enu_from_azimuth_elevation(1, elevation), shares);
+    std::vector<SkyNodes::NodeWeight> weights;
+    nodes.weights(geodesy::enu_from_azimuth_elevation(1, elevation), weights);
     std::vector<double> blended;
     constexpr int kCount = 100000;
     for (int i = 0; i < kCount; ++i) {
       SkyNodes::draw(random, numbers);
-      blended.push_back(SkyNodes::blend(shares, numbers));
+      blended.push_back(SkyNodes::blend(weights, numbers));
     }
     std::sort(blended.begin(), blended.end());
     double ks = 0;
@@ -99,16 +99,16 @@ TEST(SkyNodes, ADrawIsNormalAtEveryDirection) {
 
 TEST(FrameStates, StepAsTheirChainDoes) {
   const SkyNodes nodes(radians(15));
-  std::vector<SkyNodes::Share> shares;
-  nodes.shares(geodesy::enu_from_azimuth_elevation(1, 0.5), shares);
+  std::vector<SkyNodes::NodeWeight> weights;
+  nodes.weights(geodesy::enu_from_azimuth_elevation(1, 0.5), weights);
   // The last one changes more often than not.
   for (const FrameStates::Steps steps : {FrameStates::Steps{0.1, 0.2}, {0.02, 0.03}, {0.7, 0.8}}) {
     FrameStates chain(nodes, 4, "chain");
     int off = 0, entered = 0, on = 0, left = 0;
-    bool before = chain.at(-1, shares, steps).now;
+    bool before = chain.at(-1, weights, steps).now;
     constexpr int kFrames = 100000;
     for (int i = 0; i < kFrames; ++i) {
-      const FrameStates::States states = chain.at(i, shares, steps);
+      const FrameStates::States states = chain.at(i, weights, steps);
       EXPECT_EQ(states.before, before);
       (before ? on : off) += 1;
       if (states.now != before) (before ? left : entered) += 1;
@@ -122,7 +122,7 @@ TEST(FrameStates, StepAsTheirChainDoes) {
     // The state at a position does not depend on the earlier ones.
     FrameStates other(nodes, 4, "chain");
     for (int i = kFrames - 1; i > kFrames - 500; i -= 37) {
-      const FrameStates::States one = chain.at(i, shares, steps), same = other.at(i, shares, steps);
+      const FrameStates::States one = chain.at(i, weights, steps), same = other.at(i, weights, steps);
       EXPECT_EQ(one.now, same.now);
       EXPECT_EQ(one.before, same.before);
     }
@@ -131,9 +131,9 @@ TEST(FrameStates, StepAsTheirChainDoes) {
 
 TEST(FrameStates, FarDirectionsHaveNothingInCommon) {
   const SkyNodes nodes(radians(10));
-  std::vector<SkyNodes::Share> east, west;
-  nodes.shares(geodesy::enu_from_azimuth_elevation(radians(90), 0.5), east);
-  nodes.shares(geodesy::enu_from_azimuth_elevation(radians(270), 0.5), west);
+  std::vector<SkyNodes::NodeWeight> east, west;
+  nodes.weights(geodesy::enu_from_azimuth_elevation(radians(90), 0.5), east);
+  nodes.weights(geodesy::enu_from_azimuth_elevation(radians(270), 0.5), west);
   FrameStates chain(nodes, 4, "chain");
   int both = 0;
   constexpr int kFrames = 40000;
@@ -146,14 +146,14 @@ TEST(FrameStates, FarDirectionsHaveNothingInCommon) {
 
 TEST(FrameStates, TakeSureStepsAtTheirWord) {
   const SkyNodes nodes(radians(15));
-  std::vector<SkyNodes::Share> shares;
-  nodes.shares({0, 0, 1}, shares);
+  std::vector<SkyNodes::NodeWeight> weights;
+  nodes.weights({0, 0, 1}, weights);
   FrameStates chain(nodes, 4, "chain");
   for (int i = 0; i < 100; ++i) {
-    EXPECT_FALSE(chain.at(i, shares, {0, 1}).now);
-    EXPECT_FALSE(chain.at(i, shares, {0, 1e-9}).now);
-    EXPECT_NE(chain.at(i, shares, {1, 1}).now, chain.at(i, shares, {1, 1}).before);
-    EXPECT_TRUE(chain.at(i, shares, {1, 1e-9}).now);
+    EXPECT_FALSE(chain.at(i, weights, {0, 1}).now);
+    EXPECT_FALSE(chain.at(i, weights, {0, 1e-9}).now);
+    EXPECT_NE(chain.at(i, weights, {1, 1}).now, chain.at(i, weights, {1, 1}).before);
+    EXPECT_TRUE(chain.at(i, weights, {1, 1e-9}).now);
   }
 }
 

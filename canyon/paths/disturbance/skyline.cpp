@@ -27,8 +27,8 @@ double gamma2_upper_quantile(double p) {
 }
 
 /// Smooth interpolation weight between two lattice points, with zero slope at both.
-double eased(double share) {
-  return share * share * (3 - 2 * share);
+double eased(double fraction) {
+  return fraction * fraction * (3 - 2 * fraction);
 }
 
 }  // namespace
@@ -74,11 +74,11 @@ Skyline::Obstacle Skyline::obstacle(double azimuth_rad) const {
   const double w0 = std::cos(between), w1 = std::sin(between);
   const Node &a = nodes_[before], &b = nodes_[after];
   const double tail = upper_tail(w0 * a.height + w1 * b.height);
-  if (tail >= *numbers_.share) return {0, SkylineOptions::kDistance_m};
+  if (tail >= *numbers_.fraction) return {0, SkylineOptions::kDistance_m};
   const double distance_m = SkylineOptions::kDistance_m *
                             std::exp(SkylineOptions::kDistanceSigma * (w0 * a.distance + w1 * b.distance));
   const double top_m =
-      SkylineOptions::kBase_m + 0.5 * numbers_.height_m * gamma2_upper_quantile(tail / *numbers_.share);
+      SkylineOptions::kBase_m + 0.5 * numbers_.height_m * gamma2_upper_quantile(tail / *numbers_.fraction);
   return {(top_m - height_m_) / distance_m, distance_m};
 }
 
@@ -120,8 +120,8 @@ SkyNodes::SkyNodes(double angle_rad) : angle_rad_(angle_rad) {
   }
 }
 
-void SkyNodes::shares(const Eigen::Vector3d& direction, std::vector<Share>& shares) const {
-  shares.clear();
+void SkyNodes::weights(const Eigen::Vector3d& direction, std::vector<NodeWeight>& weights) const {
+  weights.clear();
   const double steepness = 2 / (angle_rad_ * angle_rad_);
   const double nearest = 1 - std::min(kReach * kReach / steepness, 2.0);
   double square = 0;
@@ -136,12 +136,12 @@ void SkyNodes::shares(const Eigen::Vector3d& direction, std::vector<Share>& shar
     const double cosine = nodes_[i].dot(direction);
     if (cosine < nearest) continue;
     const double weight = std::exp(steepness * (cosine - 1));
-    shares.push_back({i, weight});
+    weights.push_back({i, weight});
     square += weight * weight;
   }
   assert(square > 0);
   const double unit = 1 / std::sqrt(square);
-  for (Share& share : shares) share.weight *= unit;
+  for (NodeWeight& fraction : weights) fraction.weight *= unit;
 }
 
 }  // namespace canyon::disturbance

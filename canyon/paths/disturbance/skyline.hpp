@@ -27,7 +27,7 @@ class Skyline {
   Skyline(const ShadowingOptions& options, std::uint64_t seed);
 
   /// True if there are no obstacles.
-  [[nodiscard]] bool empty() const { return *numbers_.share == 0; }
+  [[nodiscard]] bool empty() const { return *numbers_.fraction == 0; }
   /// Moves the antenna. Calls may come in any order of positions.
   /// @param place east, north in the city's frame [m]; @param height_m of the antenna above the ground [m]
   void go_to(const Eigen::Vector2d& point, double height_m);
@@ -80,7 +80,7 @@ class Skyline {
 class SkyNodes {
  public:
   /// Weight of one node's number in a direction.
-  struct Share {
+  struct NodeWeight {
     std::size_t node;  ///< below size()
     double weight;
   };
@@ -96,14 +96,14 @@ class SkyNodes {
   static void draw(RandomStream& stream, Numbers&& numbers) {
     for (auto& number : numbers) number = static_cast<std::decay_t<decltype(number)>>(coins(stream));
   }
-  /// Weights of nodes' numbers in a direction (unit, ENU, not below the horizon). `shares` belongs to the
+  /// Weights of nodes' numbers in a direction (unit, ENU, not below the horizon). `weights` belongs to the
   /// caller: nothing is allocated once it has grown.
-  void shares(const Eigen::Vector3d& direction, std::vector<Share>& shares) const;
+  void weights(const Eigen::Vector3d& direction, std::vector<NodeWeight>& weights) const;
   /// The number of the last direction.
   template <typename Numbers>
-  [[nodiscard]] static double blend(std::span<const Share> shares, const Numbers& numbers) {
+  [[nodiscard]] static double blend(std::span<const NodeWeight> weights, const Numbers& numbers) {
     double sum = 0;
-    for (const Share& share : shares) sum += share.weight * numbers[share.node];
+    for (const NodeWeight& node_weight : weights) sum += node_weight.weight * numbers[node_weight.node];
     return sum;
   }
 

@@ -16,12 +16,12 @@ namespace {
 
 using geodesy::radians;
 
-constexpr double kHeight_m = 12, kShare = 0.4;
+constexpr double kHeight_m = 12, kFraction = 0.4;
 
 ShadowingOptions some() {
   ShadowingOptions options;
   options.enabled = true;
-  options.skyline.share = kShare;
+  options.skyline.fraction = kFraction;
   options.skyline.height_m = kHeight_m;
   return options;
 }
@@ -35,7 +35,7 @@ std::vector<double> slopes(Skyline& skyline, double height_m) {
   }
   return result;
 }
-double share_above(const std::vector<double>& values, double limit) {
+double fraction_above(const std::vector<double>& values, double limit) {
   double count = 0;
   for (const double value : values) count += value > limit;
   return count / static_cast<double>(values.size());
@@ -50,14 +50,14 @@ double expected_above(double slope, double height_m) {
     const double x = 2 * (slope * distance_m + height_m - SkylineOptions::kBase_m) / kHeight_m;
     sum += (1 + x) * std::exp(-x);
   }
-  return kShare * sum / kSteps;
+  return kFraction * sum / kSteps;
 }
 
 TEST(Skyline, HasTheDistributionOfHeightsThatItIsGiven) {
   Skyline skyline(some(), 1);
   const std::vector<double> at_roof = slopes(skyline, SkylineOptions::kBase_m);
   for (const double slope : {0.0, 0.4, 1.0, 2.0}) {
-    EXPECT_NEAR(share_above(at_roof, slope), expected_above(slope, 2), 0.02) << slope;
+    EXPECT_NEAR(fraction_above(at_roof, slope), expected_above(slope, 2), 0.02) << slope;
   }
 }
 
@@ -66,10 +66,10 @@ TEST(Skyline, SinksAsTheAntennaRises) {
   for (const double height_m : {10.0, 20.0}) {
     const std::vector<double> above = slopes(skyline, height_m);
     for (const double slope : {0.0, 0.5}) {
-      EXPECT_NEAR(share_above(above, slope), expected_above(slope, height_m), 0.02) << height_m;
+      EXPECT_NEAR(fraction_above(above, slope), expected_above(slope, height_m), 0.02) << height_m;
     }
   }
-  EXPECT_EQ(share_above(slopes(skyline, 120), 0), 0);
+  EXPECT_EQ(fraction_above(slopes(skyline, 120), 0), 0);
 }
 
 TEST(Skyline, IsFixedInTheWorld) {
@@ -102,7 +102,7 @@ double alike(Skyline& skyline, const Second& second) {
 
 TEST(Skyline, IsAlikeNearby) {
   Skyline skyline(some(), 5);
-  const double unlike = kShare * kShare + (1 - kShare) * (1 - kShare);
+  const double unlike = kFraction * kFraction + (1 - kFraction) * (1 - kFraction);
   const auto moved = [&](double east_m) {
     return alike(skyline, [&, east_m](const Eigen::Vector2d& point) {
       skyline.go_to(point + Eigen::Vector2d(east_m, 0), 2);
@@ -157,7 +157,7 @@ TEST(Skyline, IsEmptyWhereTheSurroundingsHaveNone) {
   EXPECT_FALSE(Skyline(options, 1).empty());
   options.environment = ShadowingEnvironment::Open;
   EXPECT_TRUE(Skyline(options, 1).empty());
-  options.skyline.share = 0;
+  options.skyline.fraction = 0;
   Skyline none(options, 1);
   none.go_to({1, 2}, 3);
   EXPECT_EQ(none.top_rad(1), 0);
@@ -169,7 +169,7 @@ TEST(SkylineOptions, NameTheFieldThatIsOutOfRange) {
   using O = SkylineOptions;
   using testing::HasSubstr;
   EXPECT_EQ(message([](O&) {}), "");
-  EXPECT_THAT(message([](O& o) { o.share = 1.1; }), HasSubstr("share"));
+  EXPECT_THAT(message([](O& o) { o.fraction = 1.1; }), HasSubstr("share"));
   EXPECT_THAT(message([](O& o) { o.height_m = 0; }), HasSubstr("height_m"));
 }
 

@@ -99,7 +99,7 @@ TEST(Street, HasTheDensityAndTheMixThatAreAskedFor) {
 TEST(Street, BlocksADirectionSquareToTheRoadForTheShareOfItsVehiclesLength) {
   StreetOptions options = traffic();
   options.region = StreetRegion::Tr37885;
-  options.vehicle_shares = {{"tr37885_bus", 1}};
+  options.vehicle_fractions = {{"tr37885_bus", 1}};
   options.lanes = 1;
   options.vehicles_per_km = 25;
   options.antenna_height_m = 1.6;
@@ -243,7 +243,7 @@ TEST(Streets, MakeADirectPathADiffractedOneWhereABusCutsIt) {
   StreetsOptions options;
   options.street = traffic();
   options.street.lanes = 1;
-  options.street.vehicle_shares = {{"double_decker", 1}};
+  options.street.vehicle_fractions = {{"double_decker", 1}};
   options.street.antenna_height_m = 1.6;
   const Vector3d north = geodesy::enu_from_azimuth_elevation(0, geodesy::radians(25));
   StreetsOptions ideal = options;
@@ -321,14 +321,14 @@ TEST(StreetOptions, RefuseWhatCannotBe) {
   EXPECT_EQ(problem([](StreetOptions&) {}), "");
   EXPECT_THAT(problem([](StreetOptions& o) { o.vehicles_per_km = 70; }), HasSubstr("vehicles_per_km"));
   EXPECT_THAT(problem([](StreetOptions& o) { o.red_s = 91; }), HasSubstr("red_s"));
-  EXPECT_THAT(problem([](StreetOptions& o) { o.vehicle_shares = {{"tank", 1}}; }), HasSubstr("'tank'"));
-  EXPECT_THAT(problem([](StreetOptions& o) { o.vehicle_shares = {{"car", 0}}; }), HasSubstr("all 0"));
+  EXPECT_THAT(problem([](StreetOptions& o) { o.vehicle_fractions = {{"tank", 1}}; }), HasSubstr("'tank'"));
+  EXPECT_THAT(problem([](StreetOptions& o) { o.vehicle_fractions = {{"car", 0}}; }), HasSubstr("all 0"));
 }
 
 TEST(StreetNumbers, FollowTheFundamentalDiagram) {
   for (std::size_t region = 0; region < 4; ++region) {
     double sum = 0;
-    for (const VehicleClass& each : vehicle_classes()) sum += each.shares.at(region);
+    for (const VehicleClass& each : vehicle_classes()) sum += each.weights.at(region);
     EXPECT_NEAR(sum, 1, 1e-12);
   }
   StreetOptions options;

@@ -40,7 +40,7 @@ struct Patch {
   double detour_m = 0;         ///< of the path over other facades against the straight line
   double arrival_m = 0;        ///< from the antenna to the first facade of the path
   double cos_seen = 0;         ///< between the normal and the ray
-  double share = 0;            ///< fraction of the incident power at normal incidence
+  double fraction = 0;         ///< fraction of the incident power at normal incidence
   std::uint32_t triangle = 0;  ///< of the first facade, of `instance`
   std::uint32_t instance = 0;
 };
@@ -54,14 +54,14 @@ struct Class {
 /// Fields of all patches that each satellite needs, as arrays: a Patch occupies four cache lines.
 struct PatchArrays {
   std::vector<double> normal_x, normal_y, normal_z, towards_x, towards_y, towards_z, half_range_m, detour_m,
-      share;
+      fraction;
   /// For one satellite: cosine at the patch, excess of its path and its power, 0 if the patch faces away.
   std::vector<double> cos_lit, excess_m, power;
   std::vector<std::int32_t> bin;  ///< floor(excess / class_m)
 
   void fill(const std::vector<Patch>& patches) {
     for (auto* v : {&normal_x, &normal_y, &normal_z, &towards_x, &towards_y, &towards_z, &half_range_m,
-                    &detour_m, &share, &cos_lit, &excess_m, &power})
+                    &detour_m, &fraction, &cos_lit, &excess_m, &power})
       v->resize(patches.size());
     bin.resize(patches.size());
     for (std::size_t k = 0; k < patches.size(); ++k) {
@@ -70,7 +70,7 @@ struct PatchArrays {
       towards_x[k] = p.towards.x(), towards_y[k] = p.towards.y(), towards_z[k] = p.towards.z();
       half_range_m[k] = 0.5 * p.range_m;
       detour_m[k] = p.detour_m;
-      share[k] = p.share;
+      fraction[k] = p.fraction;
     }
   }
 };
@@ -81,12 +81,12 @@ CANYON_CLONES void light(std::size_t count, const double* __restrict nx, const d
                          const double* __restrict nz, const double* __restrict tx,
                          const double* __restrict ty, const double* __restrict tz,
                          const double* __restrict half_range, const double* __restrict detour,
-                         const double* __restrict share, double sx, double sy, double sz, double bins_per_m,
-                         double* __restrict cos_lit, double* __restrict excess, double* __restrict power,
-                         std::int32_t* __restrict bin) {
+                         const double* __restrict fraction, double sx, double sy, double sz,
+                         double bins_per_m, double* __restrict cos_lit, double* __restrict excess,
+                         double* __restrict power, std::int32_t* __restrict bin) {
   for (std::size_t k = 0; k < count; ++k) {
     cos_lit[k] = (nx[k] * sx + ny[k] * sy) + nz[k] * sz;
-    power[k] = share[k] * 0.5 * (cos_lit[k] + std::abs(cos_lit[k]));
+    power[k] = fraction[k] * 0.5 * (cos_lit[k] + std::abs(cos_lit[k]));
     const double dx = tx[k] - sx, dy = ty[k] - sy, dz = tz[k] - sz;
     excess[k] = detour[k] + half_range[k] * ((dx * dx + dy * dy) + dz * dz);
     bin[k] = static_cast<std::int32_t>(excess[k] * bins_per_m);
@@ -172,7 +172,7 @@ struct DiffuseScattering::Impl {
   const raytrace::RayScene* scene;
   DiffuseOptions options;
   std::vector<Vector3d> sphere;  ///< directions of the rays
-  double share;                  ///< of one ray: d(Omega) / pi
+  double fraction;               ///< of one ray: d(Omega) / pi
   double scattered;              ///< S^2
   double min_power;
   std::uint64_t root;        ///< of strengths
@@ -196,7 +196,7 @@ struct DiffuseScattering::Impl {
       sphere.back().normalize();
     }
     scattered = o.scattering_coefficient * o.scattering_coefficient;
-    share = 2 * kPi * (1 - low) / o.rays / kPi;
+    fraction = 2 * kPi * (1 - low) / o.rays / kPi;
   }
 
   [[nodiscard]] double reflectance_of(const raytrace::Hit& hit) const {
@@ -216,7 +216,7 @@ struct DiffuseScattering::Impl {
     patches.clear();
     for (std::size_t i = 0; i < sphere.size(); ++i) {
       Vector3d from = antenna, towards = sphere[i];
-      double travelled_m = 0, carried = share;
+      double travelled_m = 0, carried = fraction;
       bool scattered_before = false;
       for (int bounce = 0; bounce < options.bounces; ++bounce) {
         const auto hit =
@@ -242,10 +242,10 @@ struct DiffuseScattering::Impl {
         patch.moves = hit->instance != 0;
         if (!patch.moves) patch.cell = facades.cell(hit->triangle, point, hit->front);
         patch.cos_seen = std::max(-patch.normal.dot(towards), kLeastCosine);
-        patch.share = carried * reflected * (scattered_before ? 1 : scattered);
+        patch.fraction = carried * reflected * (scattered_before ? 1 : scattered);
         patches.push_back(patch);
         carried *= reflected;
-        if (carried < share * 1e-3) break;
+        if (carried < fraction * 1e-3) break;
         const double k = static_cast<double>(bounce);
         if (even(i, 0.7548776662466927 + k) < scattered) {
           scattered_before = true;
@@ -266,7 +266,7 @@ struct DiffuseScattering::Impl {
     PatchArrays& a = s.arrays;
     const std::size_t count = s.patches.size();
     light(count, a.normal_x.data(), a.normal_y.data(), a.normal_z.data(), a.towards_x.data(),
-          a.towards_y.data(), a.towards_z.data(), a.half_range_m.data(), a.detour_m.data(), a.share.data(),
+          a.towards_y.data(), a.towards_z.data(), a.half_range_m.data(), a.detour_m.data(), a.fraction.data(),
           direction.x(), direction.y(), direction.z(), 1 / options.class_m, a.cos_lit.data(),
           a.excess_m.data(), a.power.data(), a.bin.data());
     s.facing.clear();

@@ -214,7 +214,7 @@ TEST(DiffuseScattering, PatchScattersItsShareOfTheIncidentPower) {
   append_sheet(mesh, {-10, 0, -10}, {20, 0, 0}, {0, 0, 20});
   const propagation::DiffuseOptions options = everything();
   const World world(mesh, options);
-  const double share = 0.4 * 0.4 * 0.3, radius = 100;
+  const double fraction = 0.4 * 0.4 * 0.3, radius = 100;
   const std::array<Vector3d, 2> sky = {direction(180, 0), direction(140, 40)};
   const std::array<bool, 2> wanted = {true, true};
   std::array<std::vector<propagation::DiffusePath>, 2> paths;
@@ -231,7 +231,7 @@ TEST(DiffuseScattering, PatchScattersItsShareOfTheIncidentPower) {
     EXPECT_THAT(paths, testing::Each(testing::IsEmpty()));
   }
   for (std::size_t i = 0; i < 2; ++i) {
-    const double ratio = scattered[i] / (share * 400 * -sky[i].y());
+    const double ratio = scattered[i] / (fraction * 400 * -sky[i].y());
     std::printf("scattered over S^2 rho of the incident power: %.4f\n", ratio);
     EXPECT_NEAR(ratio, 1, 0.015);
   }

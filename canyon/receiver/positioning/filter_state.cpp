@@ -99,21 +99,21 @@ void state_accuracy(FilterState& filter, std::span<Taken> taken, double excess,
   StateMatrix& s = filter.reported_covariance;
   // The errors' covariances are linear: C becomes Q C, minus b R K for the satellite's own row.
   StateMatrix until = StateMatrix::Identity();  // Q', Q the product of I - K h' over the rows so far
-  double shares = 0;
+  double fractions = 0;
   std::ptrdiff_t pseudoranges = 0;
   for (Taken& each : taken) {
     const FilterRow& row = each.row;
     const StateVector& gain = each.gain;
     StateVector m = product(s, row.gradient);
     double variance = row.gradient.dot(m);
-    const double unit = row.share * row.sigma;
+    const double unit = row.fraction * row.sigma;
     if (row.satellite) {
-      shares += row.share * row.share;
+      fractions += row.fraction * row.fraction;
       ++pseudoranges;
       const auto at = std::find_if(filter.lasting.begin(), filter.lasting.end(),
                                    [&row](const Lasting& l) { return l.satellite == *row.satellite; });
       each.lasting = static_cast<std::size_t>(at - filter.lasting.begin());
-      each.lasting_sigma = unit * std::sqrt(row.share < 1 ? lasting_corrected : lasting);
+      each.lasting_sigma = unit * std::sqrt(row.fraction < 1 ? lasting_corrected : lasting);
       if (at == filter.lasting.end())
         filter.lasting.push_back({*row.satellite, StateVector::Zero(), filter.time});
       Lasting& error = filter.lasting[each.lasting];
@@ -135,7 +135,7 @@ void state_accuracy(FilterState& filter, std::span<Taken> taken, double excess,
     if (each->row.satellite) filter.lasting[each->lasting].covariance -= each->lasting_sigma * reached;
     take_outer(after, reached, each->row.gradient);
   }
-  if (pseudoranges > 0) filter.noise_share = shares / static_cast<double>(pseudoranges);
+  if (pseudoranges > 0) filter.noise_fraction = fractions / static_cast<double>(pseudoranges);
 }
 
 void predict(FilterState& filter, double dt, const PositionFilterOptions& options) {
@@ -167,21 +167,21 @@ void predict(FilterState& filter, double dt, const PositionFilterOptions& option
   const double walk = c2 * options.clock_drift_density;
   for (const bool reported_covariance : {false, true}) {
     StateMatrix& p = reported_covariance ? filter.reported_covariance : filter.p;
-    const double share = reported_covariance ? filter.noise_share : 1;
+    const double fraction = reported_covariance ? filter.noise_fraction : 1;
     each([&p, dt](int to, int from) { p.row(to) += dt * p.row(from); });
     each([&p, dt](int to, int from) { p.col(to) += dt * p.col(from); });
-    p.block<3, 3>(kPosition, kPosition) += share * acceleration * (dt * dt * dt / 3);
-    p.block<3, 3>(kPosition, kVelocity) += share * acceleration * (dt * dt / 2);
-    p.block<3, 3>(kVelocity, kPosition) += share * acceleration * (dt * dt / 2);
-    p.block<3, 3>(kVelocity, kVelocity) += share * acceleration * dt;
-    p(kDrift, kDrift) += share * walk * dt;
+    p.block<3, 3>(kPosition, kPosition) += fraction * acceleration * (dt * dt * dt / 3);
+    p.block<3, 3>(kPosition, kVelocity) += fraction * acceleration * (dt * dt / 2);
+    p.block<3, 3>(kVelocity, kPosition) += fraction * acceleration * (dt * dt / 2);
+    p.block<3, 3>(kVelocity, kVelocity) += fraction * acceleration * dt;
+    p(kDrift, kDrift) += fraction * walk * dt;
     for (const System a : kConstellations) {
       if (!filter.knows(a)) continue;
-      p(kDrift, clock_of(a)) += share * walk * dt * dt / 2;
-      p(clock_of(a), kDrift) += share * walk * dt * dt / 2;
-      p(clock_of(a), clock_of(a)) += share * kClockWalk * kClockWalk * dt;
+      p(kDrift, clock_of(a)) += fraction * walk * dt * dt / 2;
+      p(clock_of(a), kDrift) += fraction * walk * dt * dt / 2;
+      p(clock_of(a), clock_of(a)) += fraction * kClockWalk * kClockWalk * dt;
       for (const System b : kConstellations)
-        if (filter.knows(b)) p(clock_of(a), clock_of(b)) += share * (white * dt + walk * dt * dt * dt / 3);
+        if (filter.knows(b)) p(clock_of(a), clock_of(b)) += fraction * (white * dt + walk * dt * dt * dt / 3);
     }
   }
 }
@@ -194,7 +194,7 @@ FilterRow pseudorange_row(const FilterState& filter, const RangedSatellite& sate
   row.innovation = satellite.pseudorange_m - satellite.range_m - satellite.space_m - filter.x(clock);
   row.sigma = satellite.sigma_m;
   row.satellite = satellite.measured->id;
-  row.share = satellite.measured->reported_sigma_ratio;
+  row.fraction = satellite.measured->reported_sigma_ratio;
   return row;
 }
 
@@ -211,7 +211,7 @@ FilterRow doppler_row(const FilterState& filter, const RangedSatellite& satellit
   row.innovation = doppler.measured_mps + kSpeedOfLight * satellite.state.clock_drift - approach / doppler.g -
                    row.gradient(kDrift) * filter.x(kDrift);
   row.sigma = doppler.sigma_mps;
-  row.share = satellite.measured->reported_sigma_ratio;
+  row.fraction = satellite.measured->reported_sigma_ratio;
   return row;
 }
 

@@ -44,7 +44,7 @@ struct FilterRow {
   double sigma = 1;  ///< for the gain
   /// The satellite of a pseudorange; empty: a Doppler, whose errors are not correlated in time.
   std::optional<gnss::SatelliteId> satellite;
-  double share = 1;  ///< Measurement::stated_share
+  double fraction = 1;  ///< Measurement::stated_share
 };
 /// An accepted row, and its gain.
 struct Taken {
@@ -83,7 +83,7 @@ struct FilterState {
   std::vector<Lasting> lasting;
   /// Fraction of the motion's noise in `reported_covariance`: that of the latest pseudoranges' variances
   /// (FilterRow::share), because the gains are for the whole errors.
-  double noise_share = 1;
+  double noise_fraction = 1;
 
   [[nodiscard]] Eigen::Vector3d position() const { return x.segment<3>(kPosition); }
   [[nodiscard]] Eigen::Vector3d velocity() const { return x.segment<3>(kVelocity); }

@@ -244,14 +244,15 @@ class Solver {
     }
     fix.position_ecef = position_;
     fix.position = geodetic;
-    Rows shares(rows_);
-    for (Eigen::Index row = 0; row < rows_; ++row) shares(row) = active(row).measured->reported_sigma_ratio;
-    const bool corrected = (shares.array() != 1).any();
-    const Cofactor covariance = corrected ? least_squares_.covariance(shares) : least_squares_.cofactor();
+    Rows fractions(rows_);
+    for (Eigen::Index row = 0; row < rows_; ++row)
+      fractions(row) = active(row).measured->reported_sigma_ratio;
+    const bool corrected = (fractions.array() != 1).any();
+    const Cofactor covariance = corrected ? least_squares_.covariance(fractions) : least_squares_.cofactor();
     fix.covariance_enu = geodesy::rotated(enu_from_ecef, covariance.topLeftCorner<3, 3>());
     if (options_.covariance_by_residuals) {
       fix.covariance_enu *=
-          excess_variance(residual_.cwiseQuotient(shares).squaredNorm(), rows_ - fix.unknowns);
+          excess_variance(residual_.cwiseQuotient(fractions).squaredNorm(), rows_ - fix.unknowns);
       add_ionosphere(enu_from_ecef, fix);
     }
     fix.used.reserve(active_.size());

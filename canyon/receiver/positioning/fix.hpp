@@ -42,7 +42,7 @@ struct Measurement {
   bool half_cycle = false;
   /// Fraction of the ionosphere's delay at carrier_frequency_hz in the pseudorange: 1 in one signal, 0 in the
   /// ionosphere-free combination of two, between in others.
-  double ionosphere_share = 1;
+  double ionosphere_fraction = 1;
   /// Ratio of the deviation to that of the single signal with cn0_dbhz: a factor of weights without sigma_m.
   double sigma_factor = 1;
   /// Fraction of the deviation of weights and gates that remains after corrections, (0, 1]: a factor of

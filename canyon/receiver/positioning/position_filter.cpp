@@ -98,7 +98,7 @@ double excess_of_innovations(const FilterState& filter, const FilterEpoch& epoch
     if (!satellite.above_mask) continue;
     update_satellite_geometry(satellite, filter.position());
     const FilterRow row = pseudorange_row(filter, satellite);
-    squares += std::pow(std::min(std::abs(row.innovation) / (row.sigma * row.share), most_sigmas), 2);
+    squares += std::pow(std::min(std::abs(row.innovation) / (row.sigma * row.fraction), most_sigmas), 2);
     ++count;
     clock[clock_index(satellite.measured->id.system)] = true;
   }

@@ -29,7 +29,7 @@ void check(const Measurement& m) {
   if (!(m.sigma_m > 0) || !std::isfinite(m.sigma_m)) bad = "sigma_m";
   if (!(m.sigma_factor > 0) || !std::isfinite(m.sigma_factor)) bad = "sigma_factor";
   if (m.id.number > 99) bad = "number";
-  if (!std::isfinite(m.ionosphere_share)) bad = "ionosphere_share";
+  if (!std::isfinite(m.ionosphere_fraction)) bad = "ionosphere_share";
   if (m.cn0_dbhz && !std::isfinite(*m.cn0_dbhz)) bad = "cn0_dbhz";
   if (m.doppler_hz) {
     if (!std::isfinite(*m.doppler_hz)) bad = "doppler_hz";
@@ -156,7 +156,7 @@ void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& recei
                                        {&options, &klobuchar, &satellite.state, nullptr, m.id,
                                         m.carrier_frequency_hz > 0 ? m.carrier_frequency_hz
                                                                    : satellite.state.carrier_frequency_hz,
-                                        receiver_time, geodetic, look, m.ionosphere_share},
+                                        receiver_time, geodetic, look, m.ionosphere_fraction},
                                        of_terms_m)
                             .code;
     const double ionosphere_m = of_terms_m[static_cast<std::size_t>(receiver::RangeTermId::Ionosphere)];

@@ -102,7 +102,9 @@ std::vector<RangeTerm>& range_term_table() {
          return CodeAndCarrier{kSpeedOfLight * delay_s, 0};
        }},
       {"ionosphere", Of::Space, [](S s) { return dispersive(ionosphere_m(s)); },
-       [](M m) { return dispersive(m.ionosphere_share * modelled_m(m, m.fix->correct_ionosphere, false)); },
+       [](M m) {
+         return dispersive(m.ionosphere_fraction * modelled_m(m, m.fix->correct_ionosphere, false));
+       },
        [](S s) {
          return CodeAndCarrier{0, -ionosphere_mps(s)};
        },

@@ -78,7 +78,7 @@ struct ModelState {
   geodesy::Geodetic position;
   geodesy::AzimuthElevation look;
   /// Fraction of the ionosphere in the pseudorange (positioning::Measurement::ionosphere_share).
-  double ionosphere_share = 1;
+  double ionosphere_fraction = 1;
 };
 
 /// Parts of a code and of a carrier: [m], or [m/s].

@@ -163,9 +163,9 @@ TEST(IntegerLeastSquares, SucceedsAtLeastAsOftenAsTheBootstrappedBound) {
       const VectorXd real = root * noise;
       right += integer_least_squares(real, q)->best.isZero() ? 1 : 0;
     }
-    const double share = static_cast<double>(right) / kTrials;
-    EXPECT_GT(share, bound - 3 * std::sqrt(bound * (1 - bound) / kTrials)) << own;
-    EXPECT_LT(share, bound + 0.1) << own;  // sharp after decorrelation
+    const double fraction = static_cast<double>(right) / kTrials;
+    EXPECT_GT(fraction, bound - 3 * std::sqrt(bound * (1 - bound) / kTrials)) << own;
+    EXPECT_LT(fraction, bound + 0.1) << own;  // sharp after decorrelation
   }
 }
 

@@ -16,10 +16,10 @@ using Eigen::Index;
 /// with this standard deviation [cycles].
 constexpr double kHeld_cycles = 1e-3;
 constexpr int kHoldAfter = 10;
-/// After kKeptAfter successive fixed epochs, a set of which the fraction kKeptShare was fixed before passes
-/// the ratio test with kKeptRatio.
+/// After kKeptAfter successive fixed epochs, a set of which the fraction kKeptFraction was fixed before
+/// passes the ratio test with kKeptRatio.
 constexpr int kKeptAfter = 5;
-constexpr double kKeptRatio = 1.5, kKeptShare = 0.75;
+constexpr double kKeptRatio = 1.5, kKeptFraction = 0.75;
 /// A new set of integers is accepted if two successive epochs find it, or at once if its ratio is
 /// kCertainRatio times RtkOptions::ratio: one search in many passes the ratio test by chance.
 constexpr double kCertainRatio = 2;
@@ -85,7 +85,7 @@ bool WholeNumberSearch::are_kept(std::span<const SlotPair> slots, const Eigen::V
     if (*slot - *reference != whole(static_cast<Index>(i))) return false;
     ++known;
   }
-  return known >= kKeptShare * static_cast<double>(slots.size());
+  return known >= kKeptFraction * static_cast<double>(slots.size());
 }
 
 void WholeNumberSearch::keep(std::span<const SlotPair> slots, const Eigen::VectorXd& whole) {

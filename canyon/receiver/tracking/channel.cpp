@@ -27,15 +27,15 @@ double wrapped(double angle_rad) {
 /// A diffuse cluster as input of the code loop.
 SignalPath bundle(double delay_m, std::complex<double> amplitude, std::complex<double> factor,
                   std::complex<double> s_per_s, double loop_bandwidth_hz, double integration_s) {
-  const BundleShare share = bundle_share(s_per_s, loop_bandwidth_hz, integration_s);
-  const double rotation = geodesy::kPi * share.frequency_hz * integration_s;
+  const ClusterWeight weights = cluster_weight(s_per_s, loop_bandwidth_hz, integration_s);
+  const double rotation = geodesy::kPi * weights.frequency_hz * integration_s;
   const double sinc = rotation > 1e-8 ? std::sin(rotation) / rotation : 1;
   const double present = std::norm(factor);
-  const double power = share.power(present);
+  const double power = weights.power(present);
   SignalPath path;
   path.delay_m = delay_m;
   if (present > 0) path.amplitude = amplitude * factor * (std::sqrt(std::max(0.0, power / present)) / sinc);
-  path.fading_hz = share.frequency_hz;
+  path.fading_hz = weights.frequency_hz;
   path.diffuse = true;
   return path;
 }
@@ -155,12 +155,12 @@ ChannelModel::FrontEndLoad ChannelModel::front_end_load(const gnss::Signal& sign
   const auto band = static_cast<std::size_t>(signal::band_of(signal.carrier_hz));
   double bandwidth_hz = correlation_of(signal, options_).bandwidth_hz;
   if (std::isinf(bandwidth_hz)) bandwidth_hz = 4 * signal.chip_rate_hz;
-  SpectrumValues& shares = shares_[&signal];
+  SpectrumValues& fractions = spectra_[&signal];
   for (const ReceivedWave& wave : waves) {
     propagation::Spectrum off = wave.spectrum;
     off.centre_hz -= signal.carrier_hz;
-    const double share = remembered(shares, off, [&] { return share_within(off, 0, bandwidth_hz); });
-    const double ratio = wave.over_noise_hz[band] / bandwidth_hz * share;
+    const double fraction = remembered(fractions, off, [&] { return fraction_within(off, 0, bandwidth_hz); });
+    const double ratio = wave.over_noise_hz[band] / bandwidth_hz * fraction;
     load.interference += ratio;
     if (wave.spectrum.shape == propagation::Spectrum::Shape::Tone) load.tones += ratio;
   }
@@ -275,7 +275,7 @@ void Channel::fade_paths(const ChannelModel::Kind& kind, const ChannelModel& mod
   const double rotation_rate = view.direction_rate_radps();
   const double elapsed = motion.epoch_before ? motion.time - *motion.epoch_before : 0;
   const double coherence_m = kCoherenceWavelengths * wavelength;
-  const double loop_bandwidth_hz = kind.tracker->options().loop_bandwidth_hz * bandwidth_share_;
+  const double loop_bandwidth_hz = kind.tracker->options().loop_bandwidth_hz * bandwidth_ratio_;
   paths_.resize(paths.size());
   fades_.next_epoch();
   for (std::size_t i = 0; i < paths.size(); ++i) {
@@ -307,7 +307,7 @@ std::optional<CodeLock> Channel::follow_code(const AntennaMotion& motion, const 
   const double elapsed = motion.epoch_before ? motion.time - *motion.epoch_before : 0;
   if (!loop_) return kind.tracker->lock(paths_);
   const auto code = kind.tracker->follow(*loop_, paths_, elapsed, cn0_hz(clear_cn0_dbhz) / kind.peak_power,
-                                         bandwidth_share_);
+                                         bandwidth_ratio_);
   // The sign of the next peak is opposite: half a cycle.
   if (loop_->jumped) phase_.reset();
   return code;
@@ -344,7 +344,7 @@ Reception Channel::miss(geodesy::GpsTime time) {
   if (result.lock == LockState::Tracking) result.lock = LockState::Holding;
   if (result.lock == LockState::Searching) {
     loop_.reset();
-    bandwidth_share_ = 1;
+    bandwidth_ratio_ = 1;
   }
   phase_.reset();
   geometry_.reset();
@@ -384,10 +384,10 @@ Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
   if (result.lock == LockState::Tracking && !result.cn0_dbhz) result.lock = LockState::Holding;
   if (result.lock == LockState::Searching) {
     loop_.reset();
-    bandwidth_share_ = 1;
+    bandwidth_ratio_ = 1;
   } else if (result.cn0_dbhz) {
     if (!loop_) loop_ = CodeLoopState{result.code_delay_m};
-    bandwidth_share_ = kind.noise.bandwidth_share(cn0_hz(*result.cn0_dbhz));
+    bandwidth_ratio_ = kind.noise.bandwidth_ratio(cn0_hz(*result.cn0_dbhz));
   }
   const Path& path = view.paths.paths[tracked_];
   aid_ = path;
@@ -406,20 +406,20 @@ LoopErrors Channel::sample(ChannelModel& model, geodesy::GpsTime time, double cn
   const double elapsed = sampled_ ? time - *sampled_ : 0, ratio = cn0_hz(cn0_dbhz);
   if (options.loop_noise) {
     const ChannelModel::Kind& kind = model.kind(*signal_);
-    const double share = kind.noise.bandwidth_share(ratio);
+    const double fraction = kind.noise.bandwidth_ratio(ratio);
     errors.code_sigma_m = kind.noise.sigma_m(ratio);
-    errors.code_rate_per_s = 4 * kind.tracker->options().loop_bandwidth_hz * share;
+    errors.code_rate_per_s = 4 * kind.tracker->options().loop_bandwidth_hz * fraction;
     errors.doppler_sigma_hz = fll_jitter_hz(kind.fll, cn0_dbhz);
     errors.phase_sigma_cycles = pll_jitter_rad(kind.pll, cn0_dbhz) / (2 * geodesy::kPi);
     // The noise of a narrower loop is correlated for longer.
-    errors.code_m = code_noise_.advance(elapsed * share, errors.code_sigma_m);
+    errors.code_m = code_noise_.advance(elapsed * fraction, errors.code_sigma_m);
     errors.doppler_hz = doppler_noise_.advance(elapsed, errors.doppler_sigma_hz);
     errors.phase_cycles = phase_noise_.advance(elapsed, errors.phase_sigma_cycles);
   }
   errors.reported_cn0_dbhz = cn0_dbhz;
   if (options.cn0_averaging_s > 0) {  // after a gap the mean has no memory
-    const double share = sampled_ ? -std::expm1(-elapsed / options.cn0_averaging_s) : 1;
-    mean_cn0_hz_ += share * (ratio - mean_cn0_hz_);
+    const double fraction = sampled_ ? -std::expm1(-elapsed / options.cn0_averaging_s) : 1;
+    mean_cn0_hz_ += fraction * (ratio - mean_cn0_hz_);
     errors.reported_cn0_dbhz = 10 * std::log10(mean_cn0_hz_);
   }
   sampled_ = time;

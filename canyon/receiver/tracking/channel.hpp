@@ -93,7 +93,7 @@ class ChannelModel {
   std::uint64_t seed_;
   std::string receiver_, draws_;
   PathPhases phases_;
-  std::map<const gnss::Signal*, SpectrumValues> shares_;  // within the front end, cached
+  std::map<const gnss::Signal*, SpectrumValues> spectra_;  // within the front end, cached
   std::array<std::array<std::unique_ptr<Kind>, gnss::kMostSignals>, gnss::kSystemCount> kinds_;
 };
 
@@ -193,7 +193,7 @@ class Channel {
   SignalLock lock_;
   PathFades fades_;
   std::optional<CodeLoopState> loop_;     // of the code
-  double bandwidth_share_ = 1;            // of the code loop, by the previous epoch's C/N0
+  double bandwidth_ratio_ = 1;            // of the code loop, by the previous epoch's C/N0
   std::optional<propagation::Path> aid_;  // path whose carrier was tracked at the last epoch with a signal
   double aid_offset_mps_ = 0;             // its rate over the line of sight's
   std::optional<Geometry> geometry_;

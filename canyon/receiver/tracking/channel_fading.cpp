@@ -21,17 +21,17 @@ double integrated_power(std::complex<double> s_per_s, double integration_s) {
   return 2 * (inverse - (1.0 - std::exp(-x)) * inverse * inverse).real();
 }
 
-double filtered_share(std::complex<double> s_per_s, double loop_bandwidth_hz) {
+double filtered_fraction(std::complex<double> s_per_s, double loop_bandwidth_hz) {
   const double k = 4 * loop_bandwidth_hz;
   return k * (k + s_per_s.real()) / std::norm(k + s_per_s);
 }
 
-BundleShare bundle_share(std::complex<double> s_per_s, double loop_bandwidth_hz, double integration_s) {
+ClusterWeight cluster_weight(std::complex<double> s_per_s, double loop_bandwidth_hz, double integration_s) {
   const double k = 4 * loop_bandwidth_hz;
-  const double share = filtered_share(s_per_s, loop_bandwidth_hz);
-  BundleShare result;
+  const double fraction = filtered_fraction(s_per_s, loop_bandwidth_hz);
+  ClusterWeight result;
   result.frequency_hz =
-      std::min(std::sqrt(std::max(0.0, 1 / share - 1)) * k / (2 * geodesy::kPi), 0.1 / integration_s);
+      std::min(std::sqrt(std::max(0.0, 1 / fraction - 1)) * k / (2 * geodesy::kPi), 0.1 / integration_s);
   const double ratio = 2 * geodesy::kPi * result.frequency_hz / k;
   result.coherent = 1 / (1 + ratio * ratio);
   result.integrated = integrated_power(s_per_s, integration_s);

@@ -49,11 +49,11 @@ inline constexpr double kCoherenceWavelengths = 0.27884;
 [[nodiscard]] double integrated_power(std::complex<double> s_per_s, double integration_s);
 /// Fraction of the power [1] that a first-order filter of one-sided noise bandwidth Bn passes: Re[k / (k +
 /// s)], k = 4 Bn; for tau_c infinite it is that of docs/tracking.md, 1 / (1 + (2 pi f / 4 Bn)^2).
-[[nodiscard]] double filtered_share(std::complex<double> s_per_s, double loop_bandwidth_hz);
+[[nodiscard]] double filtered_fraction(std::complex<double> s_per_s, double loop_bandwidth_hz);
 
 /// A cluster as a single wave for a code loop (CodeTracker): it fades with `frequency_hz`, low enough to
 /// correct the loss of its integration.
-struct BundleShare {
+struct ClusterWeight {
   double frequency_hz = 0;
   double coherent = 1;    ///< fraction of the power that passes the loop's filter
   double integrated = 1;  ///< fraction of the power after integration
@@ -65,8 +65,8 @@ struct BundleShare {
   }
 };
 /// Weights of a process with the cluster's Doppler spread.
-[[nodiscard]] BundleShare bundle_share(std::complex<double> s_per_s, double loop_bandwidth_hz,
-                                       double integration_s);
+[[nodiscard]] ClusterWeight cluster_weight(std::complex<double> s_per_s, double loop_bandwidth_hz,
+                                           double integration_s);
 
 /// Random factors of one satellite's paths, kept while a path exists: of a mirror e^(j phi0) (PathPhases); of
 /// a diffuse cluster a complex Gaussian of mean power 1 (Rayleigh amplitude), a Gauss-Markov process over the

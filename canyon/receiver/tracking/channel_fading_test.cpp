@@ -58,8 +58,8 @@ TEST(ChannelFading, IntegrationHasNoStep) {
 // One wave has 1 / (1 + (2 pi f / 4 Bn)^2). A decay alone has k / (k + 1/tau), the closed form of an OU
 // process after a first-order filter. Both together have the integral of |H|^2 S over frequency.
 TEST(ChannelFading, FilteredShareIsTheLoops) {
-  EXPECT_NEAR(filtered_share(rate(0, 3), 1), 1 / (1 + std::pow(2 * kPi * 3 / 4, 2)), 1e-12);
-  EXPECT_NEAR(filtered_share(rate(6, 0), 1), 4.0 / (4 + 6), 1e-12);
+  EXPECT_NEAR(filtered_fraction(rate(0, 3), 1), 1 / (1 + std::pow(2 * kPi * 3 / 4, 2)), 1e-12);
+  EXPECT_NEAR(filtered_fraction(rate(6, 0), 1), 4.0 / (4 + 6), 1e-12);
   constexpr double kDecay = 5, kOffset = 0.7, kK = 4;
   double sum = 0;
   const double step = 2e-3;
@@ -68,7 +68,7 @@ TEST(ChannelFading, FilteredShareIsTheLoops) {
     const double density = 2 * kDecay / (kDecay * kDecay + std::pow(2 * kPi * (f - kOffset), 2));
     sum += filter * density * step;
   }
-  EXPECT_NEAR(filtered_share(rate(kDecay, kOffset), 1), sum, 1e-6);
+  EXPECT_NEAR(filtered_fraction(rate(kDecay, kOffset), 1), sum, 1e-6);
 }
 
 TEST(PathFades, MirrorsKeepTheirPhase) {

@@ -104,12 +104,12 @@ CodeTracker::Averaged CodeTracker::average(const SignalPath& path) const {
                                  path.delay_m, path.amplitude.real(), path.amplitude.imag(), path.fading_hz),
                      "give finite values");
   }
-  const Share kept = share(path.fading_hz);
+  const CoherenceWeights kept = coherence_weights(path.fading_hz);
   return {path.delay_m / correlation_.chip_m(), kept.coherent * path.amplitude,
           kept.incoherent * std::norm(path.amplitude)};
 }
 
-CodeTracker::Share CodeTracker::share(double fading_hz) const {
+CodeTracker::CoherenceWeights CodeTracker::coherence_weights(double fading_hz) const {
   const double kept = sinc(geodesy::kPi * fading_hz * options_.integration_s);
   const double ratio = 2 * geodesy::kPi * fading_hz / (4 * options_.loop_bandwidth_hz);
   const double passed = 1 / (1 + ratio * ratio);
@@ -372,12 +372,12 @@ struct CodeTracker::Loop {
 
 std::optional<CodeLock> CodeTracker::follow(CodeLoopState& state, std::span<const SignalPath> paths,
                                             double elapsed_s, double unit_cn0_hz,
-                                            double bandwidth_share) const {
+                                            double bandwidth_ratio) const {
   if (!std::isfinite(state.delay_m) || !(elapsed_s >= 0) || !std::isfinite(elapsed_s) ||
-      !std::isfinite(unit_cn0_hz) || !(bandwidth_share > 0 && bandwidth_share <= 1)) {
+      !std::isfinite(unit_cn0_hz) || !(bandwidth_ratio > 0 && bandwidth_ratio <= 1)) {
     throw InputError(
         fmt::format("a code loop at {} m cannot advance by {} s at {} Hz with {} of its bandwidth",
-                    state.delay_m, elapsed_s, unit_cn0_hz, bandwidth_share),
+                    state.delay_m, elapsed_s, unit_cn0_hz, bandwidth_ratio),
         "give finite values, a time of 0 or more, a fraction above 0 and at most 1");
   }
   state.jumped = false;
@@ -387,7 +387,7 @@ std::optional<CodeLock> CodeTracker::follow(CodeLoopState& state, std::span<cons
   const Power power(at_end);
   if (!power.any()) return std::nullopt;
 
-  const double k = 4 * options_.loop_bandwidth_hz * bandwidth_share;
+  const double k = 4 * options_.loop_bandwidth_hz * bandwidth_ratio;
   const bool checks = std::isfinite(options_.peak_check_s) && (side_peak_chips_ > 0 || paths.size() > 1);
   const double memory_s = std::max(12 / k, checks ? 2 * options_.peak_check_s : 0);
   const double simulated_s = std::min(elapsed_s, memory_s);

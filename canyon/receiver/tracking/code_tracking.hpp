@@ -150,10 +150,10 @@ class CodeTracker {
 
   /// Weights of a path with fading_hz after integration and loop filter: amplitudes times `coherent` add
   /// coherently, powers times `incoherent` incoherently.
-  struct Share {
+  struct CoherenceWeights {
     double coherent = 1, incoherent = 0;
   };
-  [[nodiscard]] Share share(double fading_hz) const;
+  [[nodiscard]] CoherenceWeights coherence_weights(double fading_hz) const;
   /// A path after integration and loop filter.
   struct Averaged {
     double delay_chips = 0;
@@ -182,12 +182,12 @@ class CodeTracker {
   /// approximation).
   ///
   /// @param unit_cn0_hz C/N0 as a ratio [Hz] of a path of power 1
-  /// @param bandwidth_share used fraction of the loop's bandwidth (CodeLoopNoise), (0, 1]
+  /// @param bandwidth_ratio used fraction of the loop's bandwidth (CodeLoopNoise), (0, 1]
   /// Empty, and the loop does not move: no power, or a prompt power below a thousandth of the strongest
   /// path's at the end. Inputs must be finite (InputError).
   [[nodiscard]] std::optional<CodeLock> follow(CodeLoopState& state, std::span<const SignalPath> paths,
                                                double elapsed_s, double unit_cn0_hz,
-                                               double bandwidth_share = 1) const;
+                                               double bandwidth_ratio = 1) const;
 
   /// From the main peak of |R| to its neighbours [chips]; 0: none above a quarter of it.
   [[nodiscard]] double side_peak_chips() const { return side_peak_chips_; }

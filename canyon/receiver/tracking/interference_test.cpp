@@ -170,12 +170,13 @@ TEST(Interference, TonesHitTheLinesOfShortCodesOrMiss) {
 }
 
 TEST(Interference, WhatIsWithinABand) {
-  EXPECT_EQ(share_within(tone(1e9), 1e9 + 1e6, 4e6), 1);
-  EXPECT_EQ(share_within(tone(1e9), 1e9 + 3e6, 4e6), 0);
-  EXPECT_NEAR(share_within(band(1e9, 20e6), 1e9, 4e6), 0.2, 1e-12);
-  EXPECT_NEAR(share_within(band(1e9, 20e6), 1e9 + 10e6, 4e6), 0.1, 1e-12);
-  EXPECT_EQ(share_within(band(1e9, 20e6), 1.1e9, 4e6), 0);
-  EXPECT_NEAR(share_within(code(Modulation::BPSK, kRate, 1e9), 1e9, 2 * kRate), 2 / kPi * 1.4181515761, 1e-5);
+  EXPECT_EQ(fraction_within(tone(1e9), 1e9 + 1e6, 4e6), 1);
+  EXPECT_EQ(fraction_within(tone(1e9), 1e9 + 3e6, 4e6), 0);
+  EXPECT_NEAR(fraction_within(band(1e9, 20e6), 1e9, 4e6), 0.2, 1e-12);
+  EXPECT_NEAR(fraction_within(band(1e9, 20e6), 1e9 + 10e6, 4e6), 0.1, 1e-12);
+  EXPECT_EQ(fraction_within(band(1e9, 20e6), 1.1e9, 4e6), 0);
+  EXPECT_NEAR(fraction_within(code(Modulation::BPSK, kRate, 1e9), 1e9, 2 * kRate), 2 / kPi * 1.4181515761,
+              1e-5);
 }
 
 // A linear wave has half of its power in each hand.

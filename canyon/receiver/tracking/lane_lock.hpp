@@ -39,8 +39,10 @@ class LaneCodeLock {
   explicit LaneCodeLock(std::shared_ptr<const CodeTracker> tracker);
 
   [[nodiscard]] const CodeTracker& tracker() const { return *tracker_; }
-  using Share = CodeTracker::Share;
-  [[nodiscard]] Share average(double fading_hz) const { return tracker_->share(fading_hz); }
+  using CoherenceWeights = CodeTracker::CoherenceWeights;
+  [[nodiscard]] CoherenceWeights average(double fading_hz) const {
+    return tracker_->coherence_weights(fading_hz);
+  }
 
   /// @param delay_m, prompt_power [lane]; power 0 if a lane has no lock
   void lock(const Paths& paths, std::span<float> delay_m, std::span<float> prompt_power) const;

@@ -42,14 +42,14 @@ void compare(const LaneCodeLock& lock, bool direct, double* worst_m, int* others
       const double delay_m = first ? 0 : 300 * random.uniform() * random.uniform();
       const double size = first ? 1 : 0.6 * random.uniform() * random.uniform();
       const double fading_hz = first ? 0 : 0.3 * random.normal();
-      const LaneCodeLock::Share share = lock.average(fading_hz);
+      const LaneCodeLock::CoherenceWeights weights = lock.average(fading_hz);
       const std::size_t at = paths.add(delay_m / chip_m);
       for (std::size_t i = 0; i < kLanes; ++i) {
         const std::complex<double> amplitude = std::polar(size, 6.3 * random.uniform());
         alone[i].push_back({delay_m, amplitude, fading_hz});
-        paths.re[at + i] = static_cast<float>(amplitude.real() * share.coherent);
-        paths.im[at + i] = static_cast<float>(amplitude.imag() * share.coherent);
-        paths.incoherent[at + i] = static_cast<float>(size * size * share.incoherent);
+        paths.re[at + i] = static_cast<float>(amplitude.real() * weights.coherent);
+        paths.im[at + i] = static_cast<float>(amplitude.imag() * weights.coherent);
+        paths.incoherent[at + i] = static_cast<float>(size * size * weights.incoherent);
       }
     }
     std::vector<float> delay_m(kLanes), power(kLanes);

@@ -66,13 +66,13 @@ CodeLoopNoise::CodeLoopNoise(const CodeTracker& tracker)
                                             : std::numeric_limits<double>::infinity();
 }
 
-double CodeLoopNoise::bandwidth_share(double cn0) const {
+double CodeLoopNoise::bandwidth_ratio(double cn0) const {
   const double now = density(cn0);
   return now > narrow_from_ ? std::sqrt(narrow_from_ / now) : 1;
 }
 
 double CodeLoopNoise::sigma_m(double cn0) const {
-  const double bandwidth = bandwidth_hz_ * bandwidth_share(cn0);
+  const double bandwidth = bandwidth_hz_ * bandwidth_ratio(cn0);
   return std::sqrt(bandwidth * (1 - bandwidth * integration_s_ / 2) * density(cn0));
 }
 
@@ -193,7 +193,7 @@ double line_factor(double offset_hz, double line_hz, double integration_s) {
   return all * all / (repetitions * one * one);
 }
 
-double share_within(const Spectrum& s, double centre_hz, double bandwidth_hz) {
+double fraction_within(const Spectrum& s, double centre_hz, double bandwidth_hz) {
   const double low = centre_hz - bandwidth_hz / 2 - s.centre_hz, high = low + bandwidth_hz;
   if (s.shape == Shape::Tone) return low <= 0 && high >= 0 ? 1 : 0;
   if (s.shape == Shape::Code) {

@@ -38,7 +38,7 @@ class CodeLoopNoise {
   explicit CodeLoopNoise(const CodeTracker& tracker);
 
   /// Used fraction (0, 1] of DllOptions::loop_bandwidth_hz. @param cn0 C/N0 as a ratio [Hz], above 0
-  [[nodiscard]] double bandwidth_share(double cn0) const;
+  [[nodiscard]] double bandwidth_ratio(double cn0) const;
   /// Standard deviation of the code's error from thermal noise [m], one sigma. @param cn0 likewise
   [[nodiscard]] double sigma_m(double cn0) const;
 
@@ -111,8 +111,8 @@ class LoopNoise {
 [[nodiscard]] double line_factor(double offset_hz, double line_hz, double integration_s);
 
 /// Fraction of its power [0, 1] within a band.
-[[nodiscard]] double share_within(const propagation::Spectrum& interference, double centre_hz,
-                                  double bandwidth_hz);
+[[nodiscard]] double fraction_within(const propagation::Spectrum& interference, double centre_hz,
+                                     double bandwidth_hz);
 
 /// Amplitude gain (0, 1] of a third-order stage for weak signals next to a strong one: y = a1 x + a3 x^3 has
 /// a gain of a1 + 3/2 a3 A^2 next to the amplitude A, and compresses a single signal by 1 dB at A^2 = 0.145

@@ -207,21 +207,21 @@ TEST(CodeLoopNoise, NarrowsAsAFilterInItsSteadyState) {
       variance *= 1 - gain;
     }
     const double k = gain / dt;
-    EXPECT_NEAR(narrow.bandwidth_share(cn0), k / 4, 1e-3 * k) << cn0;
+    EXPECT_NEAR(narrow.bandwidth_ratio(cn0), k / 4, 1e-3 * k) << cn0;
     EXPECT_NEAR(narrow.sigma_m(cn0), std::sqrt(variance / 2), 0.01 * std::sqrt(variance)) << cn0;
   }
 }
 
 TEST(CodeLoopNoise, IsFixedAboveItsBoundAndGrowsWithTheFourthRootBelow) {
   const CodeLoopNoise fixed(narrowing_tracker(0)), narrow(narrowing_tracker(30));
-  EXPECT_EQ(fixed.bandwidth_share(1), 1);
+  EXPECT_EQ(fixed.bandwidth_ratio(1), 1);
   for (const double cn0 : {1e5, 1e3}) {
-    EXPECT_EQ(narrow.bandwidth_share(cn0), 1);
+    EXPECT_EQ(narrow.bandwidth_ratio(cn0), 1);
     EXPECT_EQ(narrow.sigma_m(cn0), fixed.sigma_m(cn0));
   }
   for (const double cn0 : {100.0, 10.0}) {
     const double ratio = fixed.sigma_m(cn0) / fixed.sigma_m(1e3);  // root of the variances'
-    EXPECT_NEAR(narrow.bandwidth_share(cn0), 1 / ratio, 1e-12);
+    EXPECT_NEAR(narrow.bandwidth_ratio(cn0), 1 / ratio, 1e-12);
     // Within Bn T / 2, which is smaller for the narrower loop.
     EXPECT_NEAR(narrow.sigma_m(cn0) / narrow.sigma_m(1e3), std::sqrt(ratio), 0.006 * std::sqrt(ratio));
   }

@@ -100,10 +100,12 @@ std::optional<RigidPose> PoseTrack::at(std::int64_t now_ns, std::string& reason)
     reason = fmt::format("the previous pose on {} is {:.1f} s old", source_, ahead_s);
     return std::nullopt;
   }
-  const double share = ahead_s / (time_s(*later) - time_s(before));
-  const auto mix = [share](const Vector3d& a, const Vector3d& b) -> Vector3d { return a + share * (b - a); };
+  const double fraction = ahead_s / (time_s(*later) - time_s(before));
+  const auto mix = [fraction](const Vector3d& a, const Vector3d& b) -> Vector3d {
+    return a + fraction * (b - a);
+  };
   const RigidPose &a = before.motion, &b = later->motion;
-  return RigidPose{mix(a.position_m, b.position_m), a.attitude.slerp(share, b.attitude),
+  return RigidPose{mix(a.position_m, b.position_m), a.attitude.slerp(fraction, b.attitude),
                    mix(a.linear_velocity, b.linear_velocity), mix(a.angular_velocity, b.angular_velocity)};
 }
 

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 using geodesy::Geodetic;
 using geodesy::GpsTime;
 
-constexpr double kShareOfLeg = 0.45;
+constexpr double kFractionOfLeg = 0.45;
 constexpr double kReversal_rad = 170.0 / 180 * geodesy::kPi;
 constexpr std::size_t kMostPoints = 10'000'000;
 constexpr double kLevel = 1e-3;         // directions with a smaller horizontal part have no heading
@@ -135,7 +135,7 @@ std::vector<Corner> make_corners(const std::vector<Stop>& stops, double accelera
     if (corner.rotation_rad < 1e-9) continue;
     const double half = std::tan(corner.rotation_rad / 2);
     corner.cut_m = std::min(corner.speed_mps * corner.speed_mps / acceleration * half,
-                            kShareOfLeg * std::min(leg.norm(), next.norm()));
+                            kFractionOfLeg * std::min(leg.norm(), next.norm()));
     corner.radius_m = corner.cut_m / half;
     corner.inward = (away - away.dot(along) * along).normalized();
     corner.speed_mps = std::min(corner.speed_mps, std::sqrt(acceleration * corner.radius_m));

@@ -191,8 +191,8 @@ TEST(SmoothDrive, LongLegsStayLevel) {
   const Geodetic from = Geodetic::from_degrees(55.8, 37.6, 100),
                  to = Geodetic::from_degrees(55.98, 37.6, 100);
   const Trajectory drive = Trajectory::from_waypoints(kStart, {Waypoint{from, 50}, Waypoint{to, 50}}, 2);
-  for (const double share : {0.1, 0.5, 0.9}) {
-    const Pose pose = drive.at(kStart + share * (drive.end() - drive.begin()));
+  for (const double fraction : {0.1, 0.5, 0.9}) {
+    const Pose pose = drive.at(kStart + fraction * (drive.end() - drive.begin()));
     EXPECT_NEAR(pose.position.height_m, 100, 1e-3);
     EXPECT_NEAR(pose.position.longitude_rad, from.longitude_rad, 1e-8);
   }

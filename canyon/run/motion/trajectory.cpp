@@ -47,7 +47,7 @@ Samples straight_samples(GpsTime start, const std::vector<Waypoint>& waypoints) 
 }
 
 /// Weight of a vehicle's attitude at rest, by speed [m/s]: below 1e-6 from 4 m/s on. Smooth.
-double share_of_rest(const Eigen::Vector3d& velocity_mps) {
+double fraction_of_rest(const Eigen::Vector3d& velocity_mps) {
   return 2 * std::exp(-velocity_mps.head<2>().squaredNorm());
 }
 
@@ -66,7 +66,7 @@ void set_attitude(Pose& pose, Attitude attitude) {
     pose.roll_rad = -std::asin(std::clamp(-s * up.x() + c * up.y(), -1.0, 1.0));
     pose.pitch_rad = std::atan2(-(c * up.x() + s * up.y()), up.z());
   } else if (attitude == Attitude::Car) {
-    pose.pitch_rad = std::atan2(v.z(), std::hypot(v.head<2>().norm(), share_of_rest(v)));
+    pose.pitch_rad = std::atan2(v.z(), std::hypot(v.head<2>().norm(), fraction_of_rest(v)));
   }
 }
 
@@ -75,10 +75,10 @@ void set_attitude(Pose& pose, Attitude attitude) {
 void set_smooth_yaw(Pose& pose, double yaw_rad, double yaw_rate_radps) {
   const Eigen::Vector2d v = pose.velocity_enu_mps.head<2>(), a = pose.acceleration_enu_mps2.head<2>();
   const Eigen::Vector2d held(std::cos(yaw_rad), std::sin(yaw_rad));
-  const double share = share_of_rest(pose.velocity_enu_mps);
-  const Eigen::Vector2d sum = v + share * held;
+  const double fraction = fraction_of_rest(pose.velocity_enu_mps);
+  const Eigen::Vector2d sum = v + fraction * held;
   const Eigen::Vector2d rate =
-      a + share * (yaw_rate_radps * Eigen::Vector2d(-held.y(), held.x()) - 2 * v.dot(a) * held);
+      a + fraction * (yaw_rate_radps * Eigen::Vector2d(-held.y(), held.x()) - 2 * v.dot(a) * held);
   pose.yaw_rad = std::atan2(sum.y(), sum.x());
   pose.yaw_rate_radps = (sum.x() * rate.y() - sum.y() * rate.x()) / sum.squaredNorm();
 }

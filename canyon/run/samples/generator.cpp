@@ -194,11 +194,11 @@ struct Generator::State {
           const double low = std::max(centre_hz - spectrum.width_hz / 2, lowest_hz);
           const double high = std::min(centre_hz + spectrum.width_hz / 2, highest_hz);
           if (!(high > low)) break;
-          const double share = std::sqrt((high - low) / spectrum.width_hz);
+          const double fraction = std::sqrt((high - low) / spectrum.width_hz);
           const BandNoise noise(key, begin_s, begin_s + static_cast<double>(out.re.size()) / made.rate_hz,
                                 high - low);
           add([&](double t) {
-            return share * noise.at(t) *
+            return fraction * noise.at(t) *
                    std::polar(1.0, kCycle_rad * std::remainder((low + high) / 2 * t, 1));
           });
           break;

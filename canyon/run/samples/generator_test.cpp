@@ -186,14 +186,14 @@ void expect_as_measured(const Setting& setting, double truth_rate_hz, FrontEnd f
       const std::vector<float> taps =
           low_pass(rate_hz, half_hz, std::min(2 * kStop * half_hz, front_end.room_hz()));
       const tracking::Correlation code;
-      double share = 0;
+      double fraction = 0;
       for (std::size_t k = 0; k < taps.size(); ++k) {
         const std::size_t middle = taps.size() / 2;
         const double delay = static_cast<double>(k) - static_cast<double>(middle);
-        share += taps[k] * code.value(delay / rate_hz * code.options().chip_rate_hz);
+        fraction += taps[k] * code.value(delay / rate_hz * code.options().chip_rate_hz);
       }
       EXPECT_NEAR(20 * std::log10(std::abs(found.prompt)),
-                  cn0_dbhz + 10 * std::log10(2 / rate_hz * share * share), 0.06);
+                  cn0_dbhz + 10 * std::log10(2 / rate_hz * fraction * fraction), 0.06);
       // A metre makes 0.007; a sample before the decimation would be 19 m.
       EXPECT_NEAR(std::abs(found.early) / std::abs(found.late), 1, 0.015) << into_s;
     } else {
@@ -347,7 +347,7 @@ TEST(Generator, JammersHaveTheirPowerWithinTheBand) {
   using Shape = propagation::Spectrum::Shape;
   struct Case {
     Shape shape;
-    double offset_hz, width_hz, share;
+    double offset_hz, width_hz, fraction;
   };
   for (const Case& each :
        {Case{Shape::Tone, 4e5, 0, 1}, Case{Shape::Tone, 3e6, 0, 0}, Case{Shape::Chirp, 0, 2e6, 1},
@@ -371,9 +371,9 @@ TEST(Generator, JammersHaveTheirPowerWithinTheBand) {
     std::vector<tracking::ReceivedWave> received;
     model.receive(std::array{wave}, received);
     const double over_noise_hz = received.at(0).over_noise_hz[static_cast<std::size_t>(signal::Band::Upper)];
-    EXPECT_NEAR(power / (over_noise_hz * 2 / front_end.rate_hz), each.share, 0.04)
+    EXPECT_NEAR(power / (over_noise_hz * 2 / front_end.rate_hz), each.fraction, 0.04)
         << static_cast<int>(each.shape) << ' ' << each.offset_hz << ' ' << each.width_hz;
-    if (each.shape == Shape::Tone || each.share < 1) continue;
+    if (each.shape == Shape::Tone || each.fraction < 1) continue;
     // A flat spectrum has the autocorrelation sin(x) / x, x = pi width times the lag; sweeps are
     // uncorrelated.
     const bool flat = each.shape == Shape::Band;

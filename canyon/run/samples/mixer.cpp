@@ -276,7 +276,7 @@ bool carries(const FrontEnd& front_end, const gnss::Signal& signal, double carri
   double width_hz = 2 * std::min(carrier_hz - front_end.lowest_hz(), front_end.highest_hz() - carrier_hz);
   if (front_end.bandwidth_hz > 0)
     width_hz = std::min(width_hz, front_end.bandwidth_hz - 2 * std::abs(carrier_hz - front_end.centre_hz));
-  return width_hz > 0 && tracking::share_within(spectrum, carrier_hz, width_hz) >= kLeastShare;
+  return width_hz > 0 && tracking::fraction_within(spectrum, carrier_hz, width_hz) >= kMinFraction;
 }
 
 std::vector<float> low_pass(double rate_hz, double pass_hz, double stop_hz) {

@@ -90,9 +90,9 @@ struct FrontEnd {
   void validate() const;
 };
 
-/// Whether the samples contain a signal on this carrier: at least kLeastShare of its power is as near to it
+/// Whether the samples contain a signal on this carrier: at least kMinFraction of its power is as near to it
 /// as the nearer edge of the band, and of the filter's.
-inline constexpr double kLeastShare = 0.7;
+inline constexpr double kMinFraction = 0.7;
 [[nodiscard]] bool carries(const FrontEnd& front_end, const gnss::Signal& signal, double carrier_hz);
 
 /// Oversampling factor if there is a filter before the converter.

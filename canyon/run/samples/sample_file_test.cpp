@@ -56,9 +56,9 @@ TEST_F(SampleFiles, BitsSayWhatTheyAre) {
     }
   }
   // Beyond one deviation: 31.7 % of the noise alone, and a little more with the satellites.
-  const double share = static_cast<double>(large) / (4.0 * static_cast<double>(bytes.size()));
-  EXPECT_GT(share, 0.317);
-  EXPECT_LT(share, 0.345);
+  const double fraction = static_cast<double>(large) / (4.0 * static_cast<double>(bytes.size()));
+  EXPECT_GT(fraction, 0.317);
+  EXPECT_LT(fraction, 0.345);
   const Json meta = metadata();
   EXPECT_EQ(meta["global"]["core:datatype"], "ru8");
   EXPECT_EQ(meta["global"]["canyon:bits"], 2);

@@ -246,7 +246,7 @@ std::vector<Component> beidou_components(gnss::SatelliteId id, std::string_view 
                     false};
     Component second = pilot;
     second.modulation = Modulation::BOC61;
-    second.power_share = 4.0 / 44;
+    second.power_fraction = 4.0 / 44;
     second.phase_rad = -kPi / 2;
     return {std::move(pilot),
             std::move(second),
@@ -299,7 +299,7 @@ std::vector<Component> components(gnss::SatelliteId id, const gnss::Signal& sign
 double amplitude(const Component& component) {
   const auto on = component.chips.size() -
                   static_cast<std::size_t>(std::count(component.chips.begin(), component.chips.end(), 0));
-  return std::sqrt(component.power_share * static_cast<double>(component.chips.size()) /
+  return std::sqrt(component.power_fraction * static_cast<double>(component.chips.size()) /
                    static_cast<double>(on));
 }
 

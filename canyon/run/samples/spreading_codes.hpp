@@ -23,9 +23,9 @@ struct Component {
   double chip_rate_hz = 0;             ///< of `chips`
   std::vector<std::int8_t> secondary;  ///< one for each period of the primary code, repeated; {1}: none
   gnss::Modulation modulation = gnss::Modulation::BPSK;  ///< shape of a chip
-  double power_share = 1;  ///< of the signal's mean power; those of a signal's components add to 1
-  double phase_rad = 0;    ///< of its carrier, ahead of the first component's
-  bool data = false;       ///< multiplied by navigation symbols (broadcast::symbol_frame())
+  double power_fraction = 1;  ///< of the signal's mean power; those of a signal's components add to 1
+  double phase_rad = 0;       ///< of its carrier, ahead of the first component's
+  bool data = false;          ///< multiplied by navigation symbols (broadcast::symbol_frame())
 };
 
 /// The components of a signal of a satellite; the first is the one that Signal::code names, the pilot if
@@ -53,8 +53,8 @@ struct Component {
 /// products of its subcarriers (15 % of the power).
 [[nodiscard]] std::vector<Component> components(gnss::SatelliteId id, const gnss::Signal& signal);
 
-/// Factor of a component's chips that are not 0, so that its mean power is power_share. For L2C it is sqrt(2)
-/// times the root of power_share, since each component is sent half of the time.
+/// Factor of a component's chips that are not 0, so that its mean power is power_fraction. For L2C it is
+/// sqrt(2) times the root of power_fraction, since each component is sent half of the time.
 [[nodiscard]] double amplitude(const Component& component);
 
 }  // namespace canyon::samples

@@ -93,7 +93,7 @@ TEST(SpreadingCodes, EverySignalHasItsPeriodsRatesAndShares) {
       ++satellites;
       ASSERT_EQ(found.size(), e.chips.size());
       const bool d2 = e.system == System::BeiDou && (number <= 5 || number >= 59);
-      double share = 0;
+      double fraction = 0;
       for (std::size_t i = 0; i < found.size(); ++i) {
         const Component& c = found[i];
         SCOPED_TRACE(std::string(e.signal) + " of " + std::to_string(number));
@@ -105,13 +105,13 @@ TEST(SpreadingCodes, EverySignalHasItsPeriodsRatesAndShares) {
                   e.signal == "L2C" ? c.chips.size() / 2 : 0);
         EXPECT_TRUE(std::all_of(c.chips.begin(), c.chips.end(), [](int s) { return s * s <= 1; }));
         EXPECT_EQ(c.data, i + 1 == found.size());
-        share += c.power_share;
+        fraction += c.power_fraction;
         // Whole periods in a week, so that all begin with it.
         const double weeks =
             604800 * c.chip_rate_hz / static_cast<double>(c.chips.size() * c.secondary.size());
         EXPECT_EQ(weeks, std::round(weeks));
       }
-      EXPECT_DOUBLE_EQ(share, 1);
+      EXPECT_DOUBLE_EQ(fraction, 1);
       EXPECT_EQ(found.front().phase_rad, 0);
     }
     EXPECT_EQ(satellites, e.signal == "L2C" ? (e.satellites + 6) / 7 : e.satellites) << e.signal;

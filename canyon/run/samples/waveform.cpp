@@ -27,7 +27,7 @@ Waveform::Waveform(gnss::SatelliteId id, const gnss::Signal& signal, geodesy::Gp
   double tracked = 0;
   for (Component& component : sent) {
     assert(component.chip_rate_hz == sent.front().chip_rate_hz);
-    if (all || !component.data) tracked += component.power_share;
+    if (all || !component.data) tracked += component.power_fraction;
     Part part;
     const double factor = amplitude(component);
     const auto projected = [&](double x) { return std::abs(x) > 1e-9 ? factor * x : 0; };

@@ -136,7 +136,7 @@ TEST(Waveform, BeginsFramesWithTheWeekOfTheSystem) {
           sum += data.chips[i / slots_per_chip] * subcarrier(data.modulation, fraction, i / slots_per_chip) *
                  (slots.re[i] * std::cos(data.phase_rad) + im * std::sin(data.phase_rad));
         }
-        const double expected = (bit == chip ? 1 : -1) * std::sqrt(data.power_share);
+        const double expected = (bit == chip ? 1 : -1) * std::sqrt(data.power_fraction);
         EXPECT_NEAR(sum / static_cast<double>(length), expected, 0.05);
       }
     }

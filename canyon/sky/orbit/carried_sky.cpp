@@ -26,8 +26,8 @@ Eigen::Vector3d gravity_acceleration(const SatelliteState& state) {
   const double square = p.squaredNorm();
   const double flat = 1.5 * geodesy::kEarthJ2 * geodesy::kSemiMajorAxis * geodesy::kSemiMajorAxis / square;
   const double high = 5 * p.z() * p.z() / square;
-  const Eigen::Vector3d shares(1 + flat * (1 - high), 1 + flat * (1 - high), 1 + flat * (3 - high));
-  return -geodesy::kEarthMu / (square * std::sqrt(square)) * shares.cwiseProduct(p) -
+  const Eigen::Vector3d fractions(1 + flat * (1 - high), 1 + flat * (1 - high), 1 + flat * (3 - high));
+  return -geodesy::kEarthMu / (square * std::sqrt(square)) * fractions.cwiseProduct(p) -
          2 * omega.cross(state.velocity_mps) - omega.cross(omega.cross(p));
 }
 

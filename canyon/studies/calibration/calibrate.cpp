@@ -108,8 +108,8 @@ constexpr std::array kCoatedShares = {0.0, 0.35, 0.7};
 
 }  // namespace
 
-simulation::Scenario with_coated_glass(simulation::Scenario scenario, double share) {
-  scenario.city.facades.shares = unknowns::facades_with(share);
+simulation::Scenario with_coated_glass(simulation::Scenario scenario, double fraction) {
+  scenario.city.facades.fractions = unknowns::facades_with(fraction);
   return scenario;
 }
 
@@ -118,8 +118,8 @@ std::vector<Facades> open_facades(
     const std::function<std::unique_ptr<simulation::Environment>(const simulation::Scenario&)>& draw) {
   std::vector<Facades> facades;
   if (!unknowns::leaves_facades_open(scenario)) return facades;
-  for (const double share : kCoatedShares)
-    facades.push_back({share, [=] { return draw(with_coated_glass(scenario, share)); }});
+  for (const double fraction : kCoatedShares)
+    facades.push_back({fraction, [=] { return draw(with_coated_glass(scenario, fraction)); }});
   return facades;
 }
 
@@ -128,10 +128,10 @@ std::optional<double> fitted_glass(const Calibration& result) {
   return parse_double(result.coated_glass->recorded);
 }
 
-std::vector<std::string> facade_shares(double coated_glass) {
+std::vector<std::string> facade_fractions(double coated_glass) {
   std::vector<std::string> items;
-  for (const auto& [facade, share] : unknowns::facades_with(coated_glass))
-    items.push_back(fmt::format("{}={:.0f}", facade, 100 * share));
+  for (const auto& [facade, fraction] : unknowns::facades_with(coated_glass))
+    items.push_back(fmt::format("{}={:.0f}", facade, 100 * fraction));
   return items;
 }
 

@@ -62,7 +62,7 @@ struct ProfileHead {
   std::vector<std::string> notes;  ///< lines of comment at the top
 };
 /// The estimated key of the obstacles: the scenario's `shadowing.skyline.share`, which is not in profiles.
-inline constexpr char kSkylineShare[] = "signal.shadowing.skyline.share";
+inline constexpr char kSkylineFraction[] = "signal.shadowing.skyline.share";
 /// A profile: the keys of `receiver` that differ from Canyon's defaults or have an estimate, with their
 /// sources, and unidentified keys as comments. simulation::parse_profile() reads the same receiver back,
 /// except for its obstacles.
@@ -120,7 +120,7 @@ struct Calibration {
 // Facades that a scenario does not set, for a calibration.
 
 /// A scenario with this fraction of buildings with coated glass, [0, 0.7].
-[[nodiscard]] simulation::Scenario with_coated_glass(simulation::Scenario scenario, double share);
+[[nodiscard]] simulation::Scenario with_coated_glass(simulation::Scenario scenario, double fraction);
 
 /// Drive::facades: the cities that `draw` makes of the scenario with no, some and the most coated glass;
 /// empty if the scenario sets its facades. `draw` is called during calibrate().
@@ -132,6 +132,6 @@ struct Calibration {
 [[nodiscard]] std::optional<double> fitted_glass(const Calibration& result);
 /// Items of a scenario's `city.facades.shares` with that fraction of coated glass, in percent:
 /// "coated_glass=14".
-[[nodiscard]] std::vector<std::string> facade_shares(double coated_glass);
+[[nodiscard]] std::vector<std::string> facade_fractions(double coated_glass);
 
 }  // namespace canyon::calibration

@@ -86,7 +86,7 @@ TEST(Calibrate, KnownReceiverComesBack) {
     shadowed(receiver);
     tracking::SignalOptions& signal = receiver.options.signal;
     signal.link.above_minimum_db -= 5;
-    signal.shadowing.skyline.share = 0.3;
+    signal.shadowing.skyline.fraction = 0.3;
     signal.lock.tracking_threshold_dbhz = 16;
     signal.lock.acquisition_threshold_dbhz = 25;
     signal.cn0_step_db = 0.25;
@@ -112,7 +112,7 @@ TEST(Calibrate, FacadesOfThePlaceComeBack) {
     plain_receiver(receiver);
     receiver.propagation.diffuse = true;
   };
-  const auto shares = [](double coated) -> test::SimulatedRecording::Facades {
+  const auto fractions = [](double coated) -> test::SimulatedRecording::Facades {
     return {{"coated_glass", coated}, {"concrete", 1 - coated}};
   };
   CalibrateOptions options;
@@ -120,11 +120,12 @@ TEST(Calibrate, FacadesOfThePlaceComeBack) {
   double found[2] = {};
   for (const bool coated : {false, true}) {
     const test::SimulatedRecording recorded({}, scattering, "min_height_m: 12, max_height_m: 90",
-                                            shares(coated ? 0.7 : 0));
+                                            fractions(coated ? 0.7 : 0));
     Drive drive = drive_of(recorded, scattering);
     EXPECT_FALSE(calibrate({drive}, options).coated_glass);
-    for (const double share : {0.0, 0.35, 0.7}) {
-      drive.facades.push_back({share, [&, share] { return recorded.environment_with(shares(share), 2); }});
+    for (const double fraction : {0.0, 0.35, 0.7}) {
+      drive.facades.push_back(
+          {fraction, [&, fraction] { return recorded.environment_with(fractions(fraction), 2); }});
     }
     const Calibration c = calibrate({drive}, options);
     ASSERT_TRUE(c.coated_glass);

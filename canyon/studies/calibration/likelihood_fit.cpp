@@ -56,16 +56,16 @@ Axis axis_of(const char* key, const char* unit, double profile, double deviation
 }
 
 /// The fractions of coated glass common to all drives; one if facades are known.
-std::vector<double> coated_shares(std::span<const FitDrive> drives) {
-  std::vector<double> shares;
-  for (const Facades& each : drives.front().drive->facades) shares.push_back(each.coated_glass);
+std::vector<double> coated_fractions(std::span<const FitDrive> drives) {
+  std::vector<double> fractions;
+  for (const Facades& each : drives.front().drive->facades) fractions.push_back(each.coated_glass);
   for (const FitDrive& of : drives) {
     const bool same =
-        std::equal(shares.begin(), shares.end(), of.drive->facades.begin(), of.drive->facades.end(),
-                   [](double share, const Facades& facades) { return share == facades.coated_glass; });
+        std::equal(fractions.begin(), fractions.end(), of.drive->facades.begin(), of.drive->facades.end(),
+                   [](double fraction, const Facades& facades) { return fraction == facades.coated_glass; });
     if (!same) return {kCoatedGlass};
   }
-  return shares.empty() ? std::vector{kCoatedGlass} : shares;
+  return fractions.empty() ? std::vector{kCoatedGlass} : fractions;
 }
 
 Axes axes_of(const simulation::ReceiverConfig& receiver, const std::vector<double>& coated_glass) {
@@ -75,7 +75,7 @@ Axes axes_of(const simulation::ReceiverConfig& receiver, const std::vector<doubl
                   0, 1, 0.05),
           axis_of("signal.link.above_minimum_db", "dB", level_db, 5,
                   {level_db - 8, level_db - 4, level_db, level_db + 4, level_db + 8}, -10, 20, 1),
-          axis_of(kSkylineShare, "", *disturbance::skyline_numbers(signal.shadowing).share, 0.2,
+          axis_of(kSkylineFraction, "", *disturbance::skyline_numbers(signal.shadowing).fraction, 0.2,
                   {0, 0.4, 0.8}, 0, 1, 0.05)};
 }
 
@@ -252,10 +252,10 @@ class Grid {
         double weight = 1;
         std::size_t node = 0;
         for (std::size_t a = 0; a < kAxes; ++a) {
-          const auto [below, share] = indices.at(a);
+          const auto [below, fraction] = indices.at(a);
           const bool upper = (corner >> a & 1) != 0;
-          weight *= upper ? share : 1 - share;
-          node = node * axes_.at(a).nodes.size() + below + (upper && share > 0 ? 1 : 0);
+          weight *= upper ? fraction : 1 - fraction;
+          node = node * axes_.at(a).nodes.size() + below + (upper && fraction > 0 ? 1 : 0);
         }
         if (weight == 0) continue;
         for (std::size_t c = 0; c < model.size(); ++c) model.at(c).add(drive.of_nodes[node].at(c), weight);
@@ -377,7 +377,7 @@ void add_likelihood_fit(std::span<const FitDrive> drives, const CalibrateOptions
                         Calibration& result) {
   simulation::ReceiverConfig receiver = drives.front().drive->receiver;
   set_values(result.values, receiver);
-  Grid grid(axes_of(receiver, coated_shares(drives)));
+  Grid grid(axes_of(receiver, coated_fractions(drives)));
   for (const FitDrive& drive : drives) grid.add(NodeRun(drive, grid, result.values, options).run());
   const Posterior prior = grid.posterior(false), known = grid.posterior(true);
   for (std::size_t a = 0; a < kAxes; ++a) {

@@ -9,7 +9,7 @@ namespace {
 TEST(OpenFacades, CitiesAreDrawnWithTheirShareOfCoatedGlass) {
   std::vector<double> drawn;
   const auto draw = [&drawn](const simulation::Scenario& scenario) {
-    drawn.push_back(scenario.city.facades.shares.at("coated_glass"));
+    drawn.push_back(scenario.city.facades.fractions.at("coated_glass"));
     return std::unique_ptr<simulation::Environment>();
   };
   simulation::Scenario of_mesh;
@@ -27,7 +27,7 @@ TEST(OpenFacades, CitiesAreDrawnWithTheirShareOfCoatedGlass) {
 
 TEST(OpenFacades, NoneWhereTheScenarioStatesThem) {
   simulation::Scenario scenario;
-  scenario.city.facades.shares = {{"brick", 1}};
+  scenario.city.facades.fractions = {{"brick", 1}};
   EXPECT_TRUE(open_facades(scenario, {}).empty());
 }
 
@@ -42,7 +42,7 @@ TEST(OpenFacades, OnlyAFittedShareCounts) {
 }
 
 TEST(OpenFacades, SharesAreItemsOfAScenarioInPercent) {
-  const std::vector<std::string> items = facade_shares(0.7);
+  const std::vector<std::string> items = facade_fractions(0.7);
   EXPECT_THAT(items, testing::Contains("coated_glass=70"));
   double sum = 0;
   for (const std::string& item : items) sum += std::stod(item.substr(item.find('=') + 1));

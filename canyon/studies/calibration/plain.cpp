@@ -29,7 +29,7 @@ constexpr std::size_t kFewestOfSignal = 20;
 
 /// Fraction of the C/N0 values of hidden satellites below the tracking threshold, due to the noise of C/N0;
 /// and fraction of the first values after gaps below the acquisition threshold.
-constexpr double kWeakestShare = 0.01, kWeakestFoundShare = 0.1;
+constexpr double kWeakestFraction = 0.01, kWeakestFoundFraction = 0.1;
 /// A lost signal whose last C/N0 is within this of the threshold was lost because of it.
 constexpr double kNear_dB = 4;
 constexpr long kFewestLosses = 10;
@@ -165,16 +165,16 @@ std::vector<double> cn0_of(const std::vector<ReportedCn0>& all) {
 }
 
 /// A quantile of reported C/N0, with its bootstrap interval.
-Estimate threshold_of(const std::vector<ReportedCn0>& all, double share, const char* key, double before,
+Estimate threshold_of(const std::vector<ReportedCn0>& all, double fraction, const char* key, double before,
                       std::span<const std::vector<std::uint16_t>> draws) {
   Estimate estimate{key, "dB-Hz", options::show(before)};
-  const auto value = quantile(cn0_of(all), share);
+  const auto value = quantile(cn0_of(all), fraction);
   if (!value) return estimate;
   std::vector<double> drawn;
   for (const auto& weights : draws) {
     std::vector<double> values;
     for (const ReportedCn0& s : all) values.insert(values.end(), weights[s.epoch], s.cn0_dbhz);
-    if (const auto of_draw = quantile(values, share)) drawn.push_back(*of_draw);
+    if (const auto of_draw = quantile(values, fraction)) drawn.push_back(*of_draw);
   }
   constexpr double kHalfStep = 0.5;  // reported C/N0 are steps of a decibel
   judge(estimate, before, *value, quantile(drawn, 0.025).value_or(*value) - kHalfStep,
@@ -339,9 +339,9 @@ void add_lock_thresholds(std::span<const Observed> recorded, const simulation::R
                          [=](const ReportedCn0& s) { return s.cn0_dbhz <= threshold + kNear_dB; });
   };
 
-  Estimate tracking = threshold_of(record.hidden, kWeakestShare, "signal.lock.tracking_threshold_dbhz",
+  Estimate tracking = threshold_of(record.hidden, kWeakestFraction, "signal.lock.tracking_threshold_dbhz",
                                    lock.tracking_threshold_dbhz, draws);
-  const auto weakest = quantile(cn0_of(record.hidden), kWeakestShare);
+  const auto weakest = quantile(cn0_of(record.hidden), kWeakestFraction);
   const auto lost = weakest ? lost_near(*weakest) : 0;
   tracking.basis = fmt::format("{} C/N0 of hidden satellites, {} losses from within {:g} dB of their weakest",
                                record.hidden.size(), lost, kNear_dB);
@@ -350,7 +350,7 @@ void add_lock_thresholds(std::span<const Observed> recorded, const simulation::R
   const double lowest = *parse_double(result.estimates.back().after());
 
   Estimate acquisition =
-      threshold_of(record.found, kWeakestFoundShare, "signal.lock.acquisition_threshold_dbhz",
+      threshold_of(record.found, kWeakestFoundFraction, "signal.lock.acquisition_threshold_dbhz",
                    lock.acquisition_threshold_dbhz, draws);
   acquisition.basis = fmt::format("the first C/N0 after {} gaps", record.found.size());
   bool identified = record.found.size() >= kFewestGaps;

@@ -21,7 +21,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMostDraws = 2e7;
 constexpr std::uint32_t kLeastResamples = 100;
 
-std::optional<double> available_share(const ReceiverRecord& record) {
+std::optional<double> available_fraction(const ReceiverRecord& record) {
   const double epochs = std::accumulate(record.epochs.begin(), record.epochs.end(), 0.0);
   if (epochs == 0) return std::nullopt;
   return std::accumulate(record.available.begin(), record.available.end(), 0.0) / epochs;
@@ -127,7 +127,7 @@ std::string csv_interval(const std::optional<MeanEstimate>& e) {
 }
 
 std::optional<double> Compared::of(const ReceiverRecord& record) const {
-  if (!index) return available_share(record);
+  if (!index) return available_fraction(record);
   const double value = record.figures.at(*index);
   if (!std::isfinite(value)) return std::nullopt;
   return value;

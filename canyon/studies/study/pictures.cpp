@@ -65,7 +65,7 @@ Scale error_scale(const GroupComparison& comparison, std::size_t drawn) {
   return drawing::decade_scale(low, std::max(high, low * 10));
 }
 
-Scale share_scale(double high = 1) {
+Scale fraction_scale(double high = 1) {
   Scale scale = drawing::linear_scale(0, high, 5);
   scale.low = 0;
   return scale;
@@ -83,7 +83,7 @@ class Sheet {
                 [&](Canvas& canvas) {
                   Plot plot = make_plot("Horizontal error [m]", "Fraction of epochs");
                   plot.x = error_scale(comparison_, drawn_);
-                  plot.y = share_scale();
+                  plot.y = fraction_scale();
                   draw_curves(canvas, plot, [&](const Group& group) {
                     const auto counts = pooled(group, &ReceiverRecord::errors);
                     const auto epochs = pooled(group, &ReceiverRecord::epochs);
@@ -108,7 +108,7 @@ class Sheet {
       Plot plot = make_plot("Hour of the day, UTC", "Fraction of epochs");
       plot.x = drawing::linear_scale(0, 24, 8);
       plot.x.low = 0, plot.x.high = 24, plot.x.ticks = {0, 3, 6, 9, 12, 15, 18, 21, 24};
-      plot.y = share_scale();
+      plot.y = fraction_scale();
       // Hours without an epoch are gaps, single ones dots.
       const auto pieces = [&](const Group& group) {
         const auto epochs = pooled(group, &ReceiverRecord::epochs);

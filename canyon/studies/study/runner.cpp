@@ -167,7 +167,7 @@ struct RunMaker::Impl {
     // A source says whether facades are sampled, but not which.
     if (plain.facades.drawn()) {
       plain.facades.mix = city::FacadeOptions().mix;
-      plain.facades.shares.clear();
+      plain.facades.fractions.clear();
     }
     const std::string source_key = options::exact_text(plain);
     const simulation::Georeference& position = scenario.city.georeference;
@@ -308,7 +308,7 @@ constexpr std::array kLegs_m{150.0, 100.0, 70.0, 45.0, 25.0};
 constexpr double kMargin_m = 3;    ///< from the obstacle at a leg's end
 constexpr double kOffTrack_m = 2;  ///< from houses next to it
 /// In a street, houses are this near on both sides, this high above the horizon, on this fraction of a leg.
-constexpr double kToHouse_m = 40, kHouse_rad = 10.0 / 180 * geodesy::kPi, kShareOfLeg = 0.8;
+constexpr double kToHouse_m = 40, kHouse_rad = 10.0 / 180 * geodesy::kPi, kFractionOfLeg = 0.8;
 constexpr double kEye_m = 1.5, kStep_m = 5;
 constexpr double kLeavesCourt_m = 75;  ///< distance from the start that exceeds the width of courts
 
@@ -390,7 +390,7 @@ class Driver {
       const Vector3d at = from + static_cast<double>(i) / steps * direction;
       const auto position = on_terrain(at.x(), at.y());
       if (position && between_houses(*position, heading)) continue;
-      if (i == steps || ++others > (1 - kShareOfLeg) * steps) return false;
+      if (i == steps || ++others > (1 - kFractionOfLeg) * steps) return false;
     }
     return true;
   }

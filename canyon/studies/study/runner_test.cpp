@@ -119,7 +119,7 @@ TEST(StudyRuns, KeepTheCautionsOfTheirCities) {
 }
 
 /// Fraction of the directions 15 deg above the horizon that is hidden along a drive.
-double hidden_share(const simulation::CityScene& scene, const simulation::TrajectoryConfig& trajectory) {
+double hidden_fraction(const simulation::CityScene& scene, const simulation::TrajectoryConfig& trajectory) {
   constexpr double kUp_rad = geodesy::kPi / 12;
   int hidden = 0, all = 0;
   for (std::size_t i = 1; i < trajectory.waypoints.size(); ++i) {
@@ -137,9 +137,9 @@ double hidden_share(const simulation::CityScene& scene, const simulation::Trajec
   return static_cast<double>(hidden) / all;
 }
 
-/// Number of 20 drives whose hidden_share() is above `share`.
+/// Number of 20 drives whose hidden_fraction() is above `fraction`.
 int among_houses(const simulation::CityScene& scene, const DriveOptions& options, std::uint64_t seed,
-                 double share = 0.5) {
+                 double fraction = 0.5) {
   int count = 0;
   for (int i = 0; i < 20; ++i) {
     const auto route = random_drive(scene, options, seed, std::to_string(i));
@@ -149,7 +149,7 @@ int among_houses(const simulation::CityScene& scene, const DriveOptions& options
                    geodesy::ecef_from_geodetic(route.waypoints[k - 1]))
                       .norm();
     EXPECT_NEAR(length_m, options.length_m, 0.5);
-    count += hidden_share(scene, route) > share ? 1 : 0;
+    count += hidden_fraction(scene, route) > fraction ? 1 : 0;
   }
   return count;
 }
@@ -169,9 +169,9 @@ TEST(StudyDrives, OfTheExampleAreAmongHouses) {
     scenario.receivers.resize(1);
     output::SummarySink sink({"module"});
     (void)simulation::Simulation(scenario, simulation::load_city(scenario)).run({&sink});
-    const double share = sink.summaries().front().nlos_share;
-    among += share > 0.25 ? 1 : 0;
-    sum += share;
+    const double fraction = sink.summaries().front().nlos_fraction;
+    among += fraction > 0.25 ? 1 : 0;
+    sum += fraction;
   }
   EXPECT_GE(among, 18);
   EXPECT_GT(sum / 20, 0.4);
@@ -189,14 +189,14 @@ TEST(StudyDrives, OfOtherSeedsAndCitiesAreAmongHouses) {
 // Streets of Ostankino are wide, and its houses are low.
 class StudyDrivesOfMaps : public ::testing::TestWithParam<std::tuple<const char*, const char*, double>> {};
 TEST_P(StudyDrivesOfMaps, AreAmongHouses) {
-  const auto& [name, city, share] = GetParam();
+  const auto& [name, city, fraction] = GetParam();
   CANYON_SHARED_DATA(file, name);
   const simulation::Scenario scenario = simulation::parse_scenario(
       fmt::format("city: {{{}: {}}}\nsky: {{nominal: true}}\nstart: 2026-06-01T00:00:00Z\n"
                   "trajectory: {{position: {{east_m: 0, north_m: 0, up_m: 9}}}}\n",
                   city, file.string()),
       "city.yaml");
-  EXPECT_GE(among_houses(simulation::CityScene(simulation::load_city(scenario)), kDrive, 1, share), 18);
+  EXPECT_GE(among_houses(simulation::CityScene(simulation::load_city(scenario)), kDrive, 1, fraction), 18);
 }
 INSTANTIATE_TEST_SUITE_P(
     Real, StudyDrivesOfMaps,

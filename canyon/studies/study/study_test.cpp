@@ -98,11 +98,11 @@ axes:
     EXPECT_EQ(nominal.seed, roof.seed);
     const auto& signal = nominal.receivers[0].options.signal;
     const auto& reported = roof.receivers[0].options.signal;
-    EXPECT_EQ(signal.shadowing.skyline.share, reported.shadowing.skyline.share);
-    EXPECT_EQ(nominal.city.facades.shares, roof.city.facades.shares);
+    EXPECT_EQ(signal.shadowing.skyline.fraction, reported.shadowing.skyline.fraction);
+    EXPECT_EQ(nominal.city.facades.fractions, roof.city.facades.fractions);
     EXPECT_NE(signal.link.above_minimum_db, reported.link.above_minimum_db);
     levels.insert(signal.link.above_minimum_db);
-    skylines.insert(signal.shadowing.skyline.share.value());
+    skylines.insert(signal.shadowing.skyline.fraction.value());
   }
   EXPECT_EQ(levels.size(), 4U);
   EXPECT_EQ(skylines.size(), 4U);

@@ -55,8 +55,8 @@ void add_scores(const Headline& point, const std::vector<double>& values, Ensemb
 }
 
 std::string percent(std::size_t part, std::size_t all) {
-  const double share = all > 0 ? 100.0 * static_cast<double>(part) / static_cast<double>(all) : 0;
-  return fmt::format("{:.0f} %", share);
+  const double fraction = all > 0 ? 100.0 * static_cast<double>(part) / static_cast<double>(all) : 0;
+  return fmt::format("{:.0f} %", fraction);
 }
 
 std::string table_of(const EnsembleRow& row) {
@@ -144,9 +144,9 @@ std::string ensemble_text(const std::vector<EnsembleRow>& rows) {
   for (const EnsembleRow& row : rows) text += table_of(row);
   const Coverage sum = coverage(rows);
   std::vector<TextRow> lines;
-  for (const auto& [share, within, goal] :
+  for (const auto& [fraction, within, goal] :
        {std::tuple("50", sum.within_half, "35 to 65 %"), std::tuple("90", sum.within_most, "80 to 97 %")}) {
-    lines.push_back({fmt::format("within the {} % interval", share),
+    lines.push_back({fmt::format("within the {} % interval", fraction),
                      fmt::format("{} ({})", within, percent(within, sum.figures)), goal});
   }
   if (sum.widest_p50 > 0) {

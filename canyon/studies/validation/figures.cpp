@@ -44,15 +44,15 @@ struct ByView {
 
 /// Observations of one signal by both receivers.
 struct ObservationSample {
-  std::array<TrackedShare, 2> tracked;  ///< LOS, NLOS
+  std::array<TrackedFraction, 2> tracked;  ///< LOS, NLOS
   Sides<ByView> error, cn0;
 
   void add(Side side, bool nlos, const ComparedSignal& s) {
-    TrackedShare& share = tracked[nlos ? 1 : 0];
-    if (side == Side::Measured) ++share.satellites;
+    TrackedFraction& weights = tracked[nlos ? 1 : 0];
+    if (side == Side::Measured) ++weights.satellites;
     const ComparedObservation& o = s.of(side);
     if (!o.tracked) return;
-    ++share.of(side);
+    ++weights.of(side);
     if (o.error_m) error.of(side).add(nlos, *o.error_m);
     // Measured C/N0 count in epochs with a clock.
     if (o.cn0_dbhz && (o.error_m || side == Side::Simulated)) cn0.of(side).add(nlos, *o.cn0_dbhz);
@@ -61,9 +61,9 @@ struct ObservationSample {
   void write(ObservationFigures& to, std::size_t runs) const {
     to.tracked_los = tracked[0];
     to.tracked_nlos = tracked[1];
-    for (TrackedShare* share : {&to.tracked_los, &to.tracked_nlos}) {
-      share->simulated = static_cast<std::size_t>(
-          std::lround(static_cast<double>(share->simulated) / static_cast<double>(runs)));
+    for (TrackedFraction* weights : {&to.tracked_los, &to.tracked_nlos}) {
+      weights->simulated = static_cast<std::size_t>(
+          std::lround(static_cast<double>(weights->simulated) / static_cast<double>(runs)));
     }
     to.error_los_m = pair_of(error.measured.los(), error.simulated.los());
     to.error_nlos_m = pair_of(error.measured.nlos(), error.simulated.nlos());
@@ -84,7 +84,7 @@ struct ExplainedSample {
     Explained e;
     e.kind = std::move(kind);
     e.n = predicted.size();
-    e.share = nlos > 0 ? static_cast<double>(e.n) / static_cast<double>(nlos) : 0;
+    e.fraction = nlos > 0 ? static_cast<double>(e.n) / static_cast<double>(nlos) : 0;
     e.median_difference_m = median(difference);
     e.correlation = spearman(predicted, measured);
     return e;
@@ -110,8 +110,8 @@ PositionFigures position_figures(std::span<const ComparedFix> fixes) {
       p.vertical_within.at(i) += vertical.back() <= deviations * f.vertical_sigma_m ? 1 : 0;
     }
   }
-  for (auto* shares : {&p.horizontal_within, &p.vertical_within})
-    for (double& share : *shares) share /= static_cast<double>(std::max<std::size_t>(p.reported, 1));
+  for (auto* fractions : {&p.horizontal_within, &p.vertical_within})
+    for (double& fraction : *fractions) fraction /= static_cast<double>(std::max<std::size_t>(p.reported, 1));
   if (p.fixes > 0) p.mean_used = used / static_cast<double>(p.fixes);
   p.horizontal_m = five_quantiles(horizontal);
   p.vertical_m = five_quantiles(vertical);
@@ -483,7 +483,7 @@ class Collector {
 
 }  // namespace
 
-std::optional<double> TrackedShare::ratio(Side side) const {
+std::optional<double> TrackedFraction::ratio(Side side) const {
   if (satellites == 0) return std::nullopt;
   return static_cast<double>(of(side)) / static_cast<double>(satellites);
 }
@@ -628,7 +628,7 @@ Pooled pool(std::span<const PooledPart> parts) {
   return pooled;
 }
 
-std::optional<double> PhaseView::share() const {
+std::optional<double> PhaseView::fraction() const {
   if (observations == 0) return std::nullopt;
   return static_cast<double>(with_phase) / static_cast<double>(observations);
 }

@@ -33,14 +33,14 @@ struct DistributionPair : Sides<QuantileSummary> {
 };
 
 /// LOS or NLOS satellites (in the city) above the mask, and how many of them are tracked.
-struct TrackedShare : Sides<std::size_t> {
+struct TrackedFraction : Sides<std::size_t> {
   std::size_t satellites = 0;
   [[nodiscard]] std::optional<double> ratio(Side side) const;  ///< empty without satellites
 };
 
 /// Satellites and observations of one signal, by visibility in the city.
 struct ObservationFigures {
-  TrackedShare tracked_los, tracked_nlos;  ///< of satellites that send it
+  TrackedFraction tracked_los, tracked_nlos;  ///< of satellites that send it
   DistributionPair error_los_m, error_nlos_m, cn0_los_dbhz, cn0_nlos_dbhz;
 };
 
@@ -48,7 +48,7 @@ struct ObservationFigures {
 struct Explained {
   std::string kind;  ///< "reflected 1", "reflected 2", "diffracted", "diffuse", "all"
   std::size_t n = 0;
-  double share = 0;                            ///< of all tracked (measured) NLOS observations
+  double fraction = 0;                         ///< of all tracked (measured) NLOS observations
   std::optional<double> median_difference_m;   ///< |measured error - predicted code delay|
   std::optional<RankCorrelation> correlation;  ///< Spearman
 };
@@ -82,7 +82,8 @@ struct PhaseView {
   /// d are left out.
   std::optional<double> noise_m;
   std::size_t noise_n = 0;
-  [[nodiscard]] std::optional<double> share() const;  ///< fraction with a phase; empty without observations
+  [[nodiscard]] std::optional<double> fraction()
+      const;  ///< fraction with a phase; empty without observations
 };
 struct PhaseFigures {
   PhaseView los, nlos;

@@ -135,12 +135,12 @@ TEST(ModelFigures, TrackedExplainedAndDistributions) {
   EXPECT_DOUBLE_EQ(f.tracked_los.ratio(Side::Simulated).value(), 0.5);
   EXPECT_DOUBLE_EQ(f.tracked_nlos.ratio(Side::Measured).value(), 0.8);
   EXPECT_DOUBLE_EQ(f.tracked_nlos.ratio(Side::Simulated).value(), 0);
-  EXPECT_FALSE(TrackedShare{}.ratio(Side::Measured));
+  EXPECT_FALSE(TrackedFraction{}.ratio(Side::Measured));
 
   ASSERT_EQ(f.explained.size(), 5U);
   EXPECT_EQ(f.explained[0].kind, "reflected 1");
   EXPECT_EQ(f.explained[0].n, 2U);
-  EXPECT_DOUBLE_EQ(f.explained[0].share, 0.5);
+  EXPECT_DOUBLE_EQ(f.explained[0].fraction, 0.5);
   EXPECT_DOUBLE_EQ(*f.explained[0].median_difference_m, 1.5);  // 1 and 2
   EXPECT_FALSE(f.explained[0].correlation);                    // two pairs
   EXPECT_EQ(f.explained[1].n, 0U);
@@ -148,7 +148,7 @@ TEST(ModelFigures, TrackedExplainedAndDistributions) {
   EXPECT_EQ(f.explained[3].n, 0U);
   EXPECT_EQ(f.explained[4].kind, "all");
   EXPECT_EQ(f.explained[4].n, 3U);
-  EXPECT_DOUBLE_EQ(f.explained[4].share, 0.75);
+  EXPECT_DOUBLE_EQ(f.explained[4].fraction, 0.75);
   EXPECT_DOUBLE_EQ(*f.explained[4].median_difference_m, 2);  // 1, 2, 3
   EXPECT_DOUBLE_EQ(f.explained[4].correlation->rho, 1);
 
@@ -271,7 +271,7 @@ TEST(ModelFigures, CycleSlipsByHand) {
   EXPECT_EQ(p.los.observations, 229U);
   EXPECT_EQ(p.los.with_phase, 228U);
   EXPECT_EQ(p.nlos.with_phase, 10U);
-  EXPECT_DOUBLE_EQ(*p.los.share(), 228.0 / 229);
+  EXPECT_DOUBLE_EQ(*p.los.fraction(), 228.0 / 229);
   EXPECT_DOUBLE_EQ(p.time_s, 238);
   EXPECT_DOUBLE_EQ(*p.time_between_slips_s(), 119);
   // Four epochs in sequence: 7 of ten, 2 and 2 around the slip, 2 and 1 around the gap, 6 of nine.

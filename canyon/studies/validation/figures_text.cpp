@@ -54,16 +54,16 @@ Json json_of(const DistributionPair& pair) {
           {"ks", pair.ks}};
 }
 
-Json json_of(const TrackedShare& share) {
-  return {{"satellites", share.satellites},
-          {"measured", share.measured},
-          {"simulated", share.simulated},
-          {"measured_ratio", share.ratio(Side::Measured)},
-          {"simulated_ratio", share.ratio(Side::Simulated)}};
+Json json_of(const TrackedFraction& weights) {
+  return {{"satellites", weights.satellites},
+          {"measured", weights.measured},
+          {"simulated", weights.simulated},
+          {"measured_ratio", weights.ratio(Side::Measured)},
+          {"simulated_ratio", weights.ratio(Side::Simulated)}};
 }
 
 Json json_of(const Explained& e) {
-  Json json{{"kind", e.kind}, {"n", e.n}, {"share", e.share}};
+  Json json{{"kind", e.kind}, {"n", e.n}, {"share", e.fraction}};
   json["median_difference_m"] = e.median_difference_m;
   if (e.correlation) {
     json["spearman"] = {{"rho", e.correlation->rho},
@@ -77,8 +77,8 @@ Json json_of(const Explained& e) {
 }
 
 Json json_of(const PositionFigures& p) {
-  const auto within = [&p](const std::array<double, 2>& shares) {
-    return p.reported > 0 ? Json::array({shares[0], shares[1]}) : Json();
+  const auto within = [&p](const std::array<double, 2>& fractions) {
+    return p.reported > 0 ? Json::array({fractions[0], fractions[1]}) : Json();
   };
   return {{"epochs", p.epochs},
           {"fixes", p.fixes},
@@ -95,7 +95,7 @@ Json json_of(const PhaseFigures& p) {
   const auto view = [](const PhaseView& v) {
     return Json{{"observations", v.observations},
                 {"with_phase", v.with_phase},
-                {"share", v.share()},
+                {"share", v.fraction()},
                 {"noise_n", v.noise_n},
                 {"noise_m", v.noise_m}};
   };
@@ -179,7 +179,7 @@ std::string shown(const std::optional<double>& value, int decimals) {
   const std::string text = value ? output::fixed(*value, decimals) : "";
   return text.empty() ? kNone : text;
 }
-std::string share_of(std::size_t part, std::size_t all) {
+std::string percentage_of(std::size_t part, std::size_t all) {
   return shown(
       all > 0 ? std::optional(100.0 * static_cast<double>(part) / static_cast<double>(all)) : std::nullopt,
       1);
@@ -216,9 +216,9 @@ std::vector<FigureTable> separation_tables(const ModelFigures& f) {
 }
 
 FigureTable tracked_table(const char* title, const ObservationFigures& f) {
-  const auto row = [](const char* name, const TrackedShare& t) {
-    return Row{name, fmt::to_string(t.satellites), share_of(t.measured, t.satellites),
-               share_of(t.simulated, t.satellites)};
+  const auto row = [](const char* name, const TrackedFraction& t) {
+    return Row{name, fmt::to_string(t.satellites), percentage_of(t.measured, t.satellites),
+               percentage_of(t.simulated, t.satellites)};
   };
   return {title,
           {"In the city", "Satellites", "Recorded [%]", "Simulated [%]"},
@@ -229,7 +229,7 @@ FigureTable explained_table(const ModelFigures& f) {
   FigureTable table{"NLOS observations that a modelled path explains",
                     {"Path", "n", "Fraction [%]", "Median |difference| [m]", "Spearman", "95 % interval"}};
   for (const Explained& e : f.explained) {
-    table.rows.push_back({e.kind, fmt::to_string(e.n), shown(100 * e.share, 1),
+    table.rows.push_back({e.kind, fmt::to_string(e.n), shown(100 * e.fraction, 1),
                           shown(e.median_difference_m, 1), spearman_text(e),
                           e.correlation ? from_to(e.correlation->low, e.correlation->high, 2) : kNone});
   }
@@ -277,8 +277,8 @@ FigureTable phase_table(const ModelFigures& f) {
       const PhaseFigures& p = s.phase.of(side);
       if (!s.judged() || p.los.with_phase + p.nlos.with_phase == 0) continue;
       const auto mm = [](const PhaseView& v) { return v.noise_m ? shown(1e3 * *v.noise_m, 1) : kNone; };
-      table.rows.push_back({s.name() + word(side), share_of(p.los.with_phase, p.los.observations),
-                            share_of(p.nlos.with_phase, p.nlos.observations),
+      table.rows.push_back({s.name() + word(side), percentage_of(p.los.with_phase, p.los.observations),
+                            percentage_of(p.nlos.with_phase, p.nlos.observations),
                             shown(p.time_between_slips_s(), 1), fmt::to_string(p.slips), mm(p.los),
                             mm(p.nlos)});
     }
@@ -303,7 +303,7 @@ std::vector<Row> error_rows(const Sides<PositionFigures>& position) {
 std::vector<FigureTable> position_tables(const ModelFigures& f) {
   const Row head{"Error [m]", "p5", "p25", "p50", "p75", "p95"};
   const auto availability = [](const char* name, const PositionFigures& p) {
-    return Row{name, fmt::to_string(p.epochs), fmt::to_string(p.fixes), share_of(p.fixes, p.epochs),
+    return Row{name, fmt::to_string(p.epochs), fmt::to_string(p.fixes), percentage_of(p.fixes, p.epochs),
                shown(p.mean_used, 1)};
   };
   const auto ratio = [&f](std::string_view key) {
@@ -357,7 +357,7 @@ FigureTable segments_table(const ModelFigures& f) {
     };
     table.rows.push_back({fmt::to_string(s.street), shown(s.segment.heading_deg, 0),
                           shown(s.segment.length_m, 0), fmt::to_string(s.position.measured.epochs),
-                          both([](const PositionFigures& p) { return share_of(p.fixes, p.epochs); }),
+                          both([](const PositionFigures& p) { return percentage_of(p.fixes, p.epochs); }),
                           quantile_of(2), quantile_of(4),
                           both([](const PositionFigures& p) { return shown(p.mean_used, 1); })});
   }
@@ -407,7 +407,7 @@ std::string to_text(const ModelFigures& f) {
   for (FigureTable& table : position_tables(f)) tables.push_back(std::move(table));
   tables.push_back(segments_table(f));
   std::string text = fmt::format("{}\n{}\n\nLOS and NLOS by the city: {} observations, {} % NLOS\n", f.model,
-                                 f.part, f.los + f.nlos, share_of(f.nlos, f.los + f.nlos));
+                                 f.part, f.los + f.nlos, percentage_of(f.nlos, f.los + f.nlos));
   for (const FigureTable& table : tables)
     if (!table.rows.empty() || !table.note.empty()) text += text_of(table);
   return text;

@@ -76,9 +76,9 @@ double pooled_deviation(const std::vector<double>& sigmas) {
   double low = 0, high = *std::max_element(sigmas.begin(), sigmas.end());
   for (int i = 0; i < 60; ++i) {
     const double middle = (low + high) / 2;
-    double share = 0;
-    for (const double s : sigmas) share += std::erf(middle / (s * std::sqrt(2.0)));
-    (share < 0.5 * static_cast<double>(sigmas.size()) ? low : high) = middle;
+    double fraction = 0;
+    for (const double s : sigmas) fraction += std::erf(middle / (s * std::sqrt(2.0)));
+    (fraction < 0.5 * static_cast<double>(sigmas.size()) ? low : high) = middle;
   }
   return 1.4826 * low;
 }
@@ -116,7 +116,7 @@ TEST(FurtherSignals, PhaseNoiseIsThatOfTheLoop) {
     EXPECT_EQ(s.phase.measured.slips, 0U) << s.name();
     EXPECT_EQ(s.phase.simulated.slips, 0U) << s.name();
     EXPECT_FALSE(s.phase.measured.time_between_slips_s());
-    EXPECT_EQ(s.phase.measured.los.share(), 1.0) << s.name();
+    EXPECT_EQ(s.phase.measured.los.fraction(), 1.0) << s.name();
     EXPECT_EQ(s.tracked_los.ratio(Side::Measured).value(), 1) << s.name();
   }
 }

@@ -32,9 +32,9 @@ Number satellites_used(const ModelFigures& f, Side side) {
   return known(f.position.of(side).mean_used);
 }
 
-template <auto kShare>
+template <auto kFraction>
 Number tracked(const ModelFigures& f, Side side) {
-  return (f.*kShare).ratio(side);
+  return (f.*kFraction).ratio(side);
 }
 template <auto kQuantity>
 Number middle(const ModelFigures& f, Side side) {
@@ -54,8 +54,8 @@ Number los_less_nlos(const ModelFigures& f, Side side) {
   return los && nlos ? Number(*los - *nlos) : std::nullopt;
 }
 
-Number explained_share(const ModelFigures& f, Side /*both*/) {
-  return f.nlos > 0 && !f.explained.empty() ? Number(100 * f.explained.back().share) : std::nullopt;
+Number explained_fraction(const ModelFigures& f, Side /*both*/) {
+  return f.nlos > 0 && !f.explained.empty() ? Number(100 * f.explained.back().fraction) : std::nullopt;
 }
 Number tracked_over_time(const ModelFigures& f, Side /*both*/) {
   return f.tracked_over_time ? Number(f.tracked_over_time->rho) : std::nullopt;
@@ -76,7 +76,7 @@ constexpr Kind kModel = Kind::OfModel, kBoth = Kind::Both, kPair = Kind::Pair, k
 constexpr FigureInfo kFigures[]{
     {"auc_cn0", "AUC C/N0", 3, kModel, auc<&ModelFigures::by_cn0>},
     {"auc_error", "AUC error", 3, kModel, auc<&ModelFigures::by_error>},
-    {"nlos_explained", "NLOS explained [%]", 1, kModel, explained_share},
+    {"nlos_explained", "NLOS explained [%]", 1, kModel, explained_fraction},
     {"horizontal_p50_m", "horizontal p50 [m]", 1, kPair, horizontal<kMedian>, kRatio},
     {"horizontal_p95_m", "p95 [m]", 1, kPair, horizontal<kP95>, kRatio},
     {"tracked_los", "tracked LOS", 2, kPair, tracked<&ModelFigures::tracked_los>, kTenth},

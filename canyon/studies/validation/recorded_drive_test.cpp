@@ -146,7 +146,7 @@ struct DriveFigures {
   std::optional<Separation> by_cn0, by_error;
   std::optional<RankCorrelation> specular, mirror;
 
-  [[nodiscard]] double nlos_share() const {
+  [[nodiscard]] double nlos_fraction() const {
     return static_cast<double>(nlos_m.size()) / static_cast<double>(nlos_m.size() + los_m.size());
   }
 };
@@ -239,7 +239,7 @@ DriveFigures report(const char* name, const Drive& drive, const DriveRays& rays,
   const auto mirror = by_minutes(all, [](const DriveFigures& g) -> std::optional<double> {
     return g.mirror ? std::optional(g.mirror->rho) : std::nullopt;
   });
-  std::printf("  NLOS %.1f %% of %zu\n", 100 * f.nlos_share(), all.size());
+  std::printf("  NLOS %.1f %% of %zu\n", 100 * f.nlos_fraction(), all.size());
   std::printf("  AUC of NLOS by C/N0  %.3f [%.3f, %.3f], balanced accuracy %.3f below %.1f dB-Hz\n",
               f.by_cn0->auc, cn0.low, cn0.high, f.by_cn0->balanced_accuracy, -f.by_cn0->threshold);
   std::printf("  AUC of NLOS by error %.3f [%.3f, %.3f], balanced accuracy %.3f above %.1f m\n",
@@ -264,7 +264,7 @@ TEST(RecordedDrive, Gps) {
   const Drive drive = read_drive(folder, {System::GPS});
   EXPECT_EQ(drive.residuals.epochs.size(), 485U);
   const DriveFigures f = report("GPS", drive, rays);
-  EXPECT_NEAR(f.nlos_share(), 0.29, 0.02);
+  EXPECT_NEAR(f.nlos_fraction(), 0.29, 0.02);
   EXPECT_NEAR(f.by_cn0->auc, 0.84, 0.02);
   EXPECT_NEAR(f.by_error->auc, 0.87, 0.03);
   EXPECT_NEAR(median(f.nlos_m).value(), 31, 5);
@@ -295,7 +295,7 @@ TEST(RecordedDrive, GpsAndBeiDou) {
   EXPECT_NEAR(beidou.by_error->auc, 0.90, 0.03);
   const Drive drive = read_drive(folder, {System::GPS, System::BeiDou});
   const DriveFigures f = report("GPS and BeiDou", drive, rays);
-  EXPECT_NEAR(f.nlos_share(), 0.27, 0.02);
+  EXPECT_NEAR(f.nlos_fraction(), 0.27, 0.02);
   EXPECT_NEAR(f.by_cn0->auc, 0.84, 0.02);
   EXPECT_NEAR(f.by_error->auc, 0.90, 0.02);
   EXPECT_NEAR(median(f.nlos_m).value(), 30, 5);

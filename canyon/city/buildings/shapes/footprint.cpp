@@ -510,7 +510,7 @@ std::vector<std::optional<std::size_t>> assign_parts(const std::vector<Outline>&
       }
     }
     const auto [shared, building] = largest(grid.near(box));
-    if (building && shared >= kPartInsideShare * total_area(polygons)) assigned[p] = building;
+    if (building && shared >= kPartInsideFraction * total_area(polygons)) assigned[p] = building;
   }
   return assigned;
 }

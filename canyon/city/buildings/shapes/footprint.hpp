@@ -90,13 +90,13 @@ struct Outline {
 };
 
 /// A part is in a building if at least this fraction of its own area is.
-inline constexpr double kPartInsideShare = 0.5;
+inline constexpr double kPartInsideFraction = 0.5;
 
 /// For each part the index of its building, or nothing for a separate part. The map's assignment
 /// (`belongs_to` names the building, or a relation that the building also belongs to) has priority. Among
 /// several such buildings, and without an assignment, the building with the largest common area is used;
-/// without an assignment it must contain kPartInsideShare of the part. A grid index finds buildings, so the
-/// cost grows with the parts, not with parts times buildings.
+/// without an assignment it must contain kPartInsideFraction of the part. A grid index finds buildings, so
+/// the cost grows with the parts, not with parts times buildings.
 [[nodiscard]] std::vector<std::optional<std::size_t>> assign_parts(const std::vector<Outline>& buildings,
                                                                    const std::vector<Outline>& parts);
 

@@ -217,9 +217,9 @@ class Envelope {
         const std::uint32_t a = t[k], b = t[(k + 1) % 3];
         if (above[a] * above[b] >= 0) continue;
         const double length = (points_[b] - points_[a]).norm();
-        const double share = above[a] / (above[a] - above[b]);
-        if (share * length < kNear_m) on_plane.push_back(a);
-        if ((1 - share) * length < kNear_m) on_plane.push_back(b);
+        const double fraction = above[a] / (above[a] - above[b]);
+        if (fraction * length < kNear_m) on_plane.push_back(a);
+        if ((1 - fraction) * length < kNear_m) on_plane.push_back(b);
       }
     }
     for (const std::uint32_t v : on_plane) above[v] = 0;

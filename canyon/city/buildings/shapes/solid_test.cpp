@@ -345,9 +345,9 @@ double roof_at(const Built& built, const Point2& point) {
     Eigen::Matrix3d m;
     m << a.x(), b.x(), c.x(), a.y(), b.y(), c.y(), 1, 1, 1;
     if (std::abs(m.determinant()) < 1e-9) continue;
-    const Eigen::Vector3d shares = m.inverse() * Eigen::Vector3d(point.x(), point.y(), 1);
-    if (shares.minCoeff() > -1e-9)
-      highest = std::max(highest, shares.dot(Eigen::Vector3d(a.z(), b.z(), c.z())));
+    const Eigen::Vector3d fractions = m.inverse() * Eigen::Vector3d(point.x(), point.y(), 1);
+    if (fractions.minCoeff() > -1e-9)
+      highest = std::max(highest, fractions.dot(Eigen::Vector3d(a.z(), b.z(), c.z())));
   }
   return highest;
 }

@@ -308,7 +308,7 @@ RasterSummary Raster::summary() const {
     summary.lowest_m = std::min(summary.lowest_m.value_or(height_m), height_m);
     summary.highest_m = std::max(summary.highest_m.value_or(height_m), height_m);
   }
-  summary.empty_share = static_cast<double>(empty) / static_cast<double>(heights.size());
+  summary.empty_fraction = static_cast<double>(empty) / static_cast<double>(heights.size());
   std::array<double, 6> map_from_pixel{};
   GDALGetGeoTransform(impl_->dataset.get(), map_from_pixel.data());
   double x = 0, y = 0;

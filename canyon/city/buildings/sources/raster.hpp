@@ -15,7 +15,7 @@ struct RasterSummary {
   double spacing_m = 0;          ///< between neighbouring posts, the smaller of both directions
   std::optional<LonLat> middle;  ///< longitude and latitude [deg]; empty if the projection cannot convert it
   std::optional<double> lowest_m, highest_m;  ///< as in the file, without fill values; empty without a height
-  double empty_share = 0;  ///< fraction of posts without data or outside -500 to 9,000 m: [0, 1]
+  double empty_fraction = 0;  ///< fraction of posts without data or outside -500 to 9,000 m: [0, 1]
 };
 
 /// One height raster read by GDAL: band 1, in any projection. Thread-safe; blocks are read on demand and kept

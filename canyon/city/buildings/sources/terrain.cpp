@@ -118,14 +118,15 @@ void Terrain::append(city::Mesh& mesh, const geodesy::LocalFrame& frame, const E
     return z.value_or(0);
   });
   if (missing > 0) {
-    const double share = 100.0 * static_cast<double>(posts - missing) / static_cast<double>(posts);
+    const double fraction = 100.0 * static_cast<double>(posts - missing) / static_cast<double>(posts);
     const Eigen::Vector2d middle = 0.5 * (min + max);
     const geodesy::Geodetic at = frame.geodetic_from_local({middle.x(), middle.y(), 0});
     throw InputError(
         fmt::format(
             "the height rasters cover {:.1f} % of the city's ground ({:.0f} m x {:.0f} m about longitude "
             "{:.5f}, latitude {:.5f}); the rest is outside or no-data",
-            share, size.x(), size.y(), geodesy::degrees(at.longitude_rad), geodesy::degrees(at.latitude_rad)),
+            fraction, size.x(), size.y(), geodesy::degrees(at.longitude_rad),
+            geodesy::degrees(at.latitude_rad)),
         "add rasters that cover it, fill their holes, or reduce the terrain's margin");
   }
   city::append_object(mesh, "terrain", city::Surface::Terrain, city::Material::Ground, sheet.vertices,
@@ -188,9 +189,9 @@ std::array<std::size_t, 2> Tin::cell_of(const LonLat& point) const {
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const auto k = static_cast<Eigen::Index>(axis);
     const double size = bounds_.sizes()[k];
-    const double share = size > 0 ? (point[k] - bounds_.min()[k]) / size : 0;
+    const double fraction = size > 0 ? (point[k] - bounds_.min()[k]) / size : 0;
     const auto count = static_cast<double>(cells_[axis]);
-    cell[axis] = static_cast<std::size_t>(std::clamp(share * count, 0.0, count - 1));
+    cell[axis] = static_cast<std::size_t>(std::clamp(fraction * count, 0.0, count - 1));
   }
   return cell;
 }

@@ -28,7 +28,7 @@ bool SkyMask::hidden(double azimuth_rad, double elevation_rad) const {
   });
 }
 
-double SkyMask::hidden_share() const {
+double SkyMask::hidden_fraction() const {
   if (azimuths.empty()) return 0;
   double hidden = 0;  // area of a band of the unit sphere is proportional to sin(high) - sin(low)
   for (const auto& stretches : azimuths)

@@ -18,7 +18,7 @@ struct SkyMask {
 
   [[nodiscard]] bool hidden(double azimuth_rad, double elevation_rad) const;
   /// Fraction of the upper half of the celestial sphere (solid angle) that is hidden.
-  [[nodiscard]] double hidden_share() const;
+  [[nodiscard]] double hidden_fraction() const;
 };
 
 /// Casts `sectors` x 180 rays, at the middles of the sectors and of half degrees of elevation, from a point

@@ -17,7 +17,7 @@ using geodesy::radians;
 TEST(SkyMask, OpenFieldHidesNothing) {
   const raytrace::RayScene scene{city::Mesh{}};
   const SkyMask mask = make_sky_mask(scene, {0, 0, 2}, 36);
-  EXPECT_EQ(mask.hidden_share(), 0);
+  EXPECT_EQ(mask.hidden_fraction(), 0);
   EXPECT_FALSE(mask.hidden(1, 0.1));
   EXPECT_FALSE(SkyMask{}.hidden(1, 0.1));
 }
@@ -30,7 +30,7 @@ TEST(SkyMask, WallInTheEast) {
                            {11, 20, 14});
   const raytrace::RayScene scene(mesh);
   const SkyMask mask = make_sky_mask(scene, {0, 0, 2}, 720);
-  double share = 0;
+  double fraction = 0;
   for (std::size_t a = 0; a < 720; ++a) {
     const double azimuth = (static_cast<double>(a) + 0.5) * 2 * kPi / 720;
     const auto& stretches = mask.azimuths[a];
@@ -42,9 +42,9 @@ TEST(SkyMask, WallInTheEast) {
     EXPECT_EQ(stretches[0].low_rad, 0);
     const double edge = std::atan(12 * std::sin(azimuth) / 10);
     EXPECT_NEAR(degrees(stretches[0].high_rad), degrees(edge), 0.01) << degrees(azimuth);
-    share += std::sin(edge) / 720;
+    fraction += std::sin(edge) / 720;
   }
-  EXPECT_NEAR(mask.hidden_share(), share, 1e-4);
+  EXPECT_NEAR(mask.hidden_fraction(), fraction, 1e-4);
   EXPECT_TRUE(mask.hidden(radians(90), radians(40)));
   EXPECT_TRUE(mask.hidden(radians(90 - 360), radians(40)));
   EXPECT_FALSE(mask.hidden(radians(270), radians(40)));
@@ -70,7 +70,7 @@ TEST(SkyMask, UnderARoofNothingIsOpen) {
   canyon::test::append_box(mesh, "house", city::Surface::Building, city::Material::Unknown, {-9, -9, -1},
                            {9, 9, 9});
   const raytrace::RayScene scene(mesh);
-  EXPECT_NEAR(make_sky_mask(scene, {0, 0, 2}, 36).hidden_share(), 1, 1e-12);
+  EXPECT_NEAR(make_sky_mask(scene, {0, 0, 2}, 36).hidden_fraction(), 1, 1e-12);
 }
 
 }  // namespace

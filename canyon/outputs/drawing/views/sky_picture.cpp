@@ -102,7 +102,7 @@ void draw_legend(Canvas& canvas, const SkyDrawing& drawing, bool fisheye) {
   y += 24;
   if (!drawing.mask.azimuths.empty()) {
     canvas.rectangle({x, y - 8, 20, 15}, fisheye ? kSkyWall : kSkySilhouette, Stroke{kFaintInk, 0.6});
-    canvas.text({x + 30, y}, fmt::format("hidden ({:.0f} %)", 100 * drawing.mask.hidden_share()),
+    canvas.text({x + 30, y}, fmt::format("hidden ({:.0f} %)", 100 * drawing.mask.hidden_fraction()),
                 {.size = 12, .level = TextLevel::Middle});
     y += 25;
   }

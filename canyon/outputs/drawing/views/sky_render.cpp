@@ -189,7 +189,7 @@ bool crease(const Sample& a, const Sample& b) {
 
 /// Strength, [0, 1], of the line at the nearest multiple of kWallLines_m in a pixel at `height_m`, over which
 /// heights change by `span_m`.
-double line_share(double height_m, double span_m) {
+double line_fraction(double height_m, double span_m) {
   if (!(span_m > 0)) return 0;
   const double away_px = std::abs(height_m - kWallLines_m * std::round(height_m / kWallLines_m)) / span_m;
   const double fine = std::clamp(1 - span_m / (kFinestLines * kWallLines_m), 0.0, 1.0);
@@ -235,7 +235,7 @@ RgbImage render_sky(const raytrace::RayScene& scene, const city::Mesh& mesh, con
       } else if (here.object != kNothing) {
         const auto span = static_cast<double>(
             0.5F * std::hypot(right.height_m - left.height_m, below.height_m - above.height_m));
-        light = light * (1 - kLineInk * line_share(static_cast<double>(here.height_m), span));
+        light = light * (1 - kLineInk * line_fraction(static_cast<double>(here.height_m), span));
       }
       image.pixels[i] = pixel_of(mix(renderer.palette().paper, light, coverage));
     }

@@ -223,8 +223,8 @@ std::vector<TransmitterPath> Transmitter::paths(geodesy::GpsTime time, const Vec
     const signal::LinearReflection wall = signal::reflect_half_space(
         signal::complex_permittivity(signal::radio_material(city_->mesh.materials[*triangle]), frequency_hz),
         std::acos(std::min(1.0, facet.normal.dot(-found.arrival))));
-    const double share = (std::norm(wall.perpendicular) + std::norm(wall.parallel)) / 2;
-    found.obstruction_db = -10 * std::log10(share);
+    const double fraction = (std::norm(wall.perpendicular) + std::norm(wall.parallel)) / 2;
+    found.obstruction_db = -10 * std::log10(fraction);
     found.gain_db = beam_gain_db(beam_, (point - from).normalized()) -
                     20 * std::log10(4 * geodesy::kPi * found.length_m / wavelength_m) - found.obstruction_db;
     found.reflector = propagation::reflector_id(propagation::PathKind::Reflected, {0, index});

@@ -21,10 +21,10 @@ struct Surroundings {
   }
   /// The radius of its circumscribed ball.
   [[nodiscard]] double reach_m() const { return std::hypot(radius_m, half_height_m); }
-  /// Whether a point is within the cylinder scaled by `share`.
-  [[nodiscard]] bool hold(const Eigen::Vector3d& from_middle, double share) const {
-    return from_middle.head<2>().norm() <= share * radius_m &&
-           std::abs(from_middle.z()) <= share * half_height_m;
+  /// Whether a point is within the cylinder scaled by `fraction`.
+  [[nodiscard]] bool hold(const Eigen::Vector3d& from_middle, double fraction) const {
+    return from_middle.head<2>().norm() <= fraction * radius_m &&
+           std::abs(from_middle.z()) <= fraction * half_height_m;
   }
 };
 

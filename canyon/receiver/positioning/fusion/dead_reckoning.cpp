@@ -282,13 +282,13 @@ struct DeadReckoning::State {
     const double sigma_m = corrected(fix.solution) ? 0 : options.space_sigma_m;
     const double level = fix.dop ? sigma_m * fix.dop->hdop : 0, up = fix.dop ? sigma_m * fix.dop->vdop : 0;
     const Vector3d now(level * level / 2, level * level / 2, up * up);
-    constexpr double kShare = 0.02;
+    constexpr double kFraction = 0.02;
     const bool better = !has_space_variance || now.sum() < space_variance.sum();
     if (better) {
       space_variance = now;
     } else {
       constexpr double kMost = 4;
-      space_variance += kShare * (now.cwiseMin(kMost * space_variance) - space_variance);
+      space_variance += kFraction * (now.cwiseMin(kMost * space_variance) - space_variance);
     }
     has_space_variance = true;
   }

@@ -438,7 +438,7 @@ void RunCells::fix_by_rtk(geodesy::GpsTime time, const Vector3d& point,
       fixed_m.push_back((enu * (fix.position_ecef - antenna_position_ecef)).head<2>().norm());
     }
   }
-  values.set(Layer::RtkFixedShare,
+  values.set(Layer::RtkFixedFraction,
              static_cast<double>(fixed_m.size()) / static_cast<double>(sent.size() * rovers.size()));
   std::sort(first_s.begin(), first_s.end());
   if (first_s[first_s.size() / 2] < std::numeric_limits<double>::infinity())
@@ -472,7 +472,7 @@ bool must_run(const simulation::ReceiverConfig& receiver) {
 
 bool needs_protection(Layer layer) {
   return layer == Layer::ProtectionLevel || layer == Layer::ProtectedAvailability ||
-         layer == Layer::MisleadingShare;
+         layer == Layer::MisleadingFraction;
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ using test::Maps;
 
 const std::vector<Layer> kLayers{Layer::HorizontalError,     Layer::VerticalError,     Layer::Pdop,
                                  Layer::SatellitesUsed,      Layer::SatellitesVisible, Layer::Availability,
-                                 Layer::HorizontalErrorMean, Layer::VerticalErrorMean, Layer::NlosShare,
+                                 Layer::HorizontalErrorMean, Layer::VerticalErrorMean, Layer::NlosFraction,
                                  Layer::ProtectionLevel};
 
 ReceiverOptions with(const ReceiverOptions& options, const options::Key& key) {
@@ -149,7 +149,7 @@ class Downtown {
         simulation::parse_profile(std::string(simulation::built_in_profile("ublox-m8t").text), "p").receiver;
     receiver_.options.filter = {};
     receiver_.options.signal.shadowing.enabled = true;
-    receiver_.options.signal.shadowing.skyline.share = 1;
+    receiver_.options.signal.shadowing.skyline.fraction = 1;
     receiver_.options.signal.dll.narrow_below_dbhz = 30;  // above the threshold of acquisition
     receiver_.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Suburban;
     draws_.draws = 4;

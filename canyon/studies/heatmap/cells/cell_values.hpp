@@ -28,7 +28,7 @@ struct CellValues {
     set(Layer::SatellitesVisible, visible);
     set(Layer::SatellitesBlocked, blocked);
     if (visible == 0) return;
-    set(Layer::NlosShare, static_cast<double>(nlos) / visible);
+    set(Layer::NlosFraction, static_cast<double>(nlos) / visible);
     if (largest_excess_m) set(Layer::LargestExcess, *largest_excess_m);
   }
   /// The fix without noise.
@@ -94,7 +94,7 @@ struct DrawnFixes {
     values.set(Layer::ProtectedAvailability, static_cast<double>(is_protected) / draws);
     if (horizontal_m.empty()) return;
     values.set(Layer::HorizontalErrorExceedance, beyond / fixes);
-    values.set(Layer::MisleadingShare, misled / fixes);
+    values.set(Layer::MisleadingFraction, misled / fixes);
     values.describe(Layer::HorizontalErrorMean, horizontal_m, horizontal_quantiles);
     values.describe(Layer::VerticalErrorMean, vertical_m, vertical_quantiles);
   }

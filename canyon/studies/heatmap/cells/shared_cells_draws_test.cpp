@@ -101,7 +101,7 @@ TEST(SharedCells, DrawsHaveTheClosedFormsMoments) {
 /// Probability that a normal error, with deviations a and b along the axes of its ellipse, is longer than
 /// `limit`: the integral over directions of s^2 exp(-limit^2 / (2 s^2)) / (2 pi a b), 1/s^2 = cos^2/a^2 +
 /// sin^2/b^2.
-double share_beyond(double a, double b, double limit) {
+double fraction_beyond(double a, double b, double limit) {
   double sum = 0;
   constexpr int kSteps = 3600;
   for (int i = 0; i < kSteps; ++i) {
@@ -128,7 +128,7 @@ TEST(SharedCells, LimitsAreExceededAsOftenAsTheNormalDistributionSays) {
   limits.error_m = 3;
   limits.protection_factor = 1.5;
   const std::vector<Layer> wanted{Layer::ProtectionLevel, Layer::HorizontalErrorExceedance,
-                                  Layer::MisleadingShare, Layer::ProtectedAvailability};
+                                  Layer::MisleadingFraction, Layer::ProtectedAvailability};
   std::vector<Eigen::Index> column;
   std::vector<System> systems;
   for (const orbit::LineOfSight& line : scene.signals.satellites) {
@@ -152,8 +152,8 @@ TEST(SharedCells, LimitsAreExceededAsOftenAsTheNormalDistributionSays) {
   limits.alert_m = 1.5 * axes[1] + 0.01;
   const Maps maps = solve(SharedReceiver{options, {10'000, 5}, {}, limits}, scene, wanted);
   EXPECT_NEAR(maps[0][1], 1.5 * axes[1], 1e-3 * axes[1]);
-  EXPECT_NEAR(maps[1][1], share_beyond(axes[0], axes[1], 3), 0.02);
-  EXPECT_NEAR(maps[2][1], share_beyond(axes[0], axes[1], 1.5 * axes[1]), 0.02);
+  EXPECT_NEAR(maps[1][1], fraction_beyond(axes[0], axes[1], 3), 0.02);
+  EXPECT_NEAR(maps[2][1], fraction_beyond(axes[0], axes[1], 1.5 * axes[1]), 0.02);
   EXPECT_EQ(maps[3][1], 1);
   limits.alert_m = 1.5 * axes[1] - 0.01;
   const Maps strict = solve(SharedReceiver{options, {100, 5}, {}, limits}, scene, wanted);

@@ -236,7 +236,7 @@ TEST(SharedCells, CountsSatellitesAndMarksWhatIsNone) {
                          layer == Layer::SatellitesVisible || layer == Layer::SatellitesUsed ||
                          layer == Layer::SatellitesBlocked;
     EXPECT_EQ(std::isnan(value(layer, 3)), !counted) << static_cast<int>(layer);
-    const bool seen = counted || layer == Layer::NlosShare || layer == Layer::LargestExcess;
+    const bool seen = counted || layer == Layer::NlosFraction || layer == Layer::LargestExcess;
     EXPECT_EQ(std::isnan(value(layer, 2)), !seen) << static_cast<int>(layer);
   }
   EXPECT_EQ(value(Layer::SatellitesLos, 0), all);
@@ -244,19 +244,19 @@ TEST(SharedCells, CountsSatellitesAndMarksWhatIsNone) {
   EXPECT_EQ(value(Layer::SatellitesUsed, 0), all);
   EXPECT_EQ(value(Layer::SatellitesBlocked, 0), 0);
   EXPECT_EQ(value(Layer::Availability, 0), 1);
-  EXPECT_EQ(value(Layer::NlosShare, 0), 0);
+  EXPECT_EQ(value(Layer::NlosFraction, 0), 0);
   EXPECT_EQ(value(Layer::LargestExcess, 0), 0);
   EXPECT_LT(value(Layer::HorizontalError, 0), 1e-5F);
   EXPECT_EQ(value(Layer::SatellitesLos, 1), all - 3);
   EXPECT_EQ(value(Layer::SatellitesVisible, 1), all - 1);
   EXPECT_EQ(value(Layer::SatellitesUsed, 1), all - 1);
   EXPECT_EQ(value(Layer::SatellitesBlocked, 1), 1);
-  EXPECT_EQ(value(Layer::NlosShare, 1), 2 / (all - 1));
+  EXPECT_EQ(value(Layer::NlosFraction, 1), 2 / (all - 1));
   EXPECT_EQ(value(Layer::LargestExcess, 1), 40.25F);
   EXPECT_GT(value(Layer::HorizontalError, 1), 1);
   EXPECT_EQ(value(Layer::SatellitesUsed, 2), 0);
   EXPECT_EQ(value(Layer::Availability, 2), 0);
-  EXPECT_EQ(value(Layer::NlosShare, 2), 1);
+  EXPECT_EQ(value(Layer::NlosFraction, 2), 1);
   EXPECT_EQ(value(Layer::LargestExcess, 2), 7);
   EXPECT_EQ(value(Layer::SatellitesVisible, 3), 0);
   EXPECT_EQ(value(Layer::SatellitesBlocked, 3), all);

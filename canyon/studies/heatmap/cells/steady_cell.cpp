@@ -211,17 +211,18 @@ SteadyCell::PathSum SteadyCell::path_sum(const SteadySatellite& s, const CellPat
   const double power = std::norm(path.amplitude);
   const double fading_hz = tracking::fading_rate_hz(path.rate_mps - tracked.rate_mps, s.wavelength_m);
   if (!path.diffuse) {
-    const tracking::LaneCodeLock::Share share = s.code->average(fading_hz);
-    result.re = static_cast<float>(path.amplitude.real() * share.coherent);
-    result.im = static_cast<float>(path.amplitude.imag() * share.coherent);
-    result.incoherent = static_cast<float>(power * share.incoherent);
+    const tracking::LaneCodeLock::CoherenceWeights weights = s.code->average(fading_hz);
+    result.re = static_cast<float>(path.amplitude.real() * weights.coherent);
+    result.im = static_cast<float>(path.amplitude.imag() * weights.coherent);
+    result.incoherent = static_cast<float>(power * weights.incoherent);
     return result;
   }
   const tracking::DllOptions& dll = s.code->tracker().options();
   const double coherence_m = tracking::kCoherenceWavelengths * s.wavelength_m;
   const std::complex<double> rate(path.excess_m * s.direction_rate_radps / coherence_m,
                                   -2 * geodesy::kPi * fading_hz);
-  const tracking::BundleShare bundle = tracking::bundle_share(rate, dll.loop_bandwidth_hz, dll.integration_s);
+  const tracking::ClusterWeight bundle =
+      tracking::cluster_weight(rate, dll.loop_bandwidth_hz, dll.integration_s);
   const std::complex<double> unit = path.amplitude / std::sqrt(power) * std::sqrt(bundle.coherent);
   result.re = static_cast<float>(unit.real());
   result.im = static_cast<float>(unit.imag());

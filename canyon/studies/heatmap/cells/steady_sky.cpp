@@ -42,7 +42,7 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
   const int models = std::max(1, lanes - 1);
   Draws drawn;
   const double height_m = environment.scene().height_above_ground(centre);
-  const bool obstacles = *disturbance::skyline_numbers(options.signal.shadowing).share > 0;
+  const bool obstacles = *disturbance::skyline_numbers(options.signal.shadowing).fraction > 0;
   for (int d = 0; d < models; ++d) {
     const std::uint64_t seed = drawn.seeds.emplace_back(seed_of(draws, time, d));
     models_.emplace_back(options.signal, seed, options.name, key);

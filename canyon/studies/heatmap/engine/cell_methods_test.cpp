@@ -34,7 +34,7 @@ ReceiverConfig sold(const char* profile) {
       simulation::parse_profile(std::string(simulation::built_in_profile(profile).text), profile).receiver;
   receiver.options.signal.shadowing.enabled = true;
   receiver.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Auto;
-  receiver.options.signal.shadowing.skyline.share = 0.4;
+  receiver.options.signal.shadowing.skyline.fraction = 0.4;
   return receiver;
 }
 
@@ -88,14 +88,14 @@ TEST(CellMethods, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
   const std::vector<Layer> layers{
       Layer::HorizontalError,      Layer::VerticalError,       Layer::Hdop,
       Layer::SatellitesVisible,    Layer::SatellitesUsed,      Layer::SatellitesLos,
-      Layer::SatellitesBlocked,    Layer::NlosShare,           Layer::LargestExcess,
+      Layer::SatellitesBlocked,    Layer::NlosFraction,        Layer::LargestExcess,
       Layer::Availability,         Layer::HorizontalErrorMean, Layer::VerticalErrorRms,
-      Layer::ProtectionLevel,      Layer::MisleadingShare,     Layer::HorizontalErrorExceedance,
+      Layer::ProtectionLevel,      Layer::MisleadingFraction,  Layer::HorizontalErrorExceedance,
       Layer::ProtectedAvailability};
   for (const char* profile : {"ublox-m8t", "phone"}) {
     ReceiverConfig receiver = sold(profile);
     receiver.options.filter = {};
-    receiver.options.signal.shadowing.skyline.share = 0;
+    receiver.options.signal.shadowing.skyline.fraction = 0;
     ASSERT_EQ(cell_method(receiver), CellMethod::Steady);
     const Values run = sample_map(receiver, kRun, 23, layers, 200);
     const Values steady = sample_map(receiver, {ReceiverModel::SteadyState, 0}, 23, layers, 200);
@@ -107,10 +107,10 @@ TEST(CellMethods, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
         const double near = info(layers[l]).draws ? 0.05 + 0.05 * std::abs(a) : 0.02 + 0.002 * std::abs(a);
         alike += (std::isnan(a) && std::isnan(b)) || std::abs(a - b) < near;
       }
-      const double share = static_cast<double>(alike) / static_cast<double>(run[l].size());
-      std::cout << profile << ", " << info(layers[l]).name << ": " << share << " of " << run[l].size()
+      const double fraction = static_cast<double>(alike) / static_cast<double>(run[l].size());
+      std::cout << profile << ", " << info(layers[l]).name << ": " << fraction << " of " << run[l].size()
                 << " cells alike\n";
-      EXPECT_GT(share, 0.97) << info(layers[l]).name;
+      EXPECT_GT(fraction, 0.97) << info(layers[l]).name;
     }
   }
 }

@@ -137,7 +137,7 @@ int main(int argc, char** argv) {
       simulation::parse_profile(std::string(simulation::built_in_profile(profile).text), profile).receiver;
   receiver.options.fix.elevation_mask_rad = geodesy::radians(10);
   // The fraction of the recorded drive's scenario.
-  receiver.options.signal.shadowing.skyline.share = 0.4;
+  receiver.options.signal.shadowing.skyline.fraction = 0.4;
   const std::string models = given("models", "both");
   Sampled run;
   if (models != "steady_state") {

@@ -275,7 +275,7 @@ TEST(Heatmap, TilesOfAnySizeGiveTheSameWithoutDraws) {
   Request request = small_request(96);
   request.altitudes_m = {15};
   request.layers = {Layer::HorizontalError,   Layer::VerticalError, Layer::Hdop,
-                    Layer::SatellitesVisible, Layer::SatellitesLos, Layer::NlosShare,
+                    Layer::SatellitesVisible, Layer::SatellitesLos, Layer::NlosFraction,
                     Layer::LargestExcess,     Layer::Availability,  Layer::SkyView};
   std::vector<std::vector<float>> maps;
   for (const std::uint32_t size : {16U, 37U, 256U}) {
@@ -430,7 +430,7 @@ TEST(Heatmap, RtkLayersAreThoseOfAReceiverBesideItsBase) {
   request.times = {kTime};
   request.draws.draws = 3;
   request.limits.rtk_s = 15;
-  request.layers = {Layer::RtkFixedShare, Layer::RtkTimeToFix, Layer::RtkFixedErrorP95};
+  request.layers = {Layer::RtkFixedFraction, Layer::RtkTimeToFix, Layer::RtkFixedErrorP95};
   const auto map = [&](const std::vector<ReceiverConfig>& of) {
     const auto base = simulation::base_of(of, of[0]);
     return Heatmap(open, of[0], request, "", base ? &*base : nullptr);
@@ -492,7 +492,7 @@ TEST(Heatmap, DrawsAStreetForEachDraw) {
   in_traffic.options.noise.enabled = false;
   const ReceiverConfig empty = in_traffic;
   in_traffic.streets.enabled = true;
-  in_traffic.streets.vehicle_shares = {{"double_decker", 1}};
+  in_traffic.streets.vehicle_fractions = {{"double_decker", 1}};
   in_traffic.streets.vehicles_per_km = 60;
   Request request = small_request(6);
   request.times.resize(1);

@@ -51,7 +51,7 @@ std::optional<std::size_t> fix_layer(std::span<const Layer> layers) {
   return first(nan_without_fix);
 }
 
-double fix_share(Layer layer, float value) {
+double fix_fraction(Layer layer, float value) {
   if (layer == Layer::Availability) return value;
   if (layer == Layer::SatellitesUsed) return value > 0 ? 1 : 0;
   return std::isnan(value) ? 0 : 1;
@@ -110,7 +110,7 @@ MapSummary summarize(const MapSource& source) {
         if (slice->state[i] != CellState::Computed) continue;
         ++summary.values;
         for (std::size_t k = 0; k < counts.size(); ++k) counts[k].add(slice->values[k * cells + i]);
-        if (fix) fixes += fix_share(request.layers[*fix], slice->values[*fix * cells + i]);
+        if (fix) fixes += fix_fraction(request.layers[*fix], slice->values[*fix * cells + i]);
       }
     }
   }

@@ -16,7 +16,7 @@ namespace canyon::heatmap {
 /// else SatellitesUsed (0 without). Index into `layers`; empty if there is none of them.
 [[nodiscard]] std::optional<std::size_t> fix_layer(std::span<const Layer> layers);
 /// The fraction of the time with a fix [1] according to a value of such a layer.
-[[nodiscard]] double fix_share(Layer layer, float value);
+[[nodiscard]] double fix_fraction(Layer layer, float value);
 
 /// Counts values one by one, in bounded memory (2 MiB), and computes their quantiles: each value is rounded
 /// to ten significant bits, so that whole numbers up to 1,024 are exact and others within 1/2048 of their
@@ -54,7 +54,7 @@ struct MapSummary {
   std::array<std::size_t, 5> states{};  ///< cells by CellState, of tiles that were computed
   std::size_t missing = 0;              ///< cells times times of tiles that were not computed
   std::size_t values = 0;               ///< cells times times in CellState::Computed
-  std::optional<double> availability;   ///< mean of fix_share() over them; empty if no layer shows it
+  std::optional<double> availability;   ///< mean of fix_fraction() over them; empty if no layer shows it
   std::vector<LayerSummary> layers;     ///< in the request's order
 
   [[nodiscard]] std::size_t in_state(CellState state) const {

@@ -69,11 +69,11 @@ TEST(FixLayer, PrefersWhatTellsBest) {
   EXPECT_EQ(fix_layer(std::vector{Layer::SatellitesUsed, Layer::HorizontalErrorP95, Layer::Pdop}), 2U);
   EXPECT_EQ(fix_layer(std::vector{Layer::SkyView, Layer::SatellitesUsed}), 1U);
   EXPECT_EQ(fix_layer(std::vector{Layer::SkyView, Layer::SatellitesVisible}), std::nullopt);
-  EXPECT_EQ(fix_share(Layer::Availability, 0.25F), 0.25);
-  EXPECT_EQ(fix_share(Layer::SatellitesUsed, 0), 0);
-  EXPECT_EQ(fix_share(Layer::SatellitesUsed, 5), 1);
-  EXPECT_EQ(fix_share(Layer::Hdop, kNaN), 0);
-  EXPECT_EQ(fix_share(Layer::HorizontalError, 3), 1);
+  EXPECT_EQ(fix_fraction(Layer::Availability, 0.25F), 0.25);
+  EXPECT_EQ(fix_fraction(Layer::SatellitesUsed, 0), 0);
+  EXPECT_EQ(fix_fraction(Layer::SatellitesUsed, 5), 1);
+  EXPECT_EQ(fix_fraction(Layer::Hdop, kNaN), 0);
+  EXPECT_EQ(fix_fraction(Layer::HorizontalError, 3), 1);
 }
 
 // 3 x 2 cells in tiles of 2 x 2, two altitudes and times. The horizontal error is 1 + time + 10 altitude in

@@ -37,7 +37,7 @@ ReceiverConfig module() {
       simulation::parse_profile(std::string(simulation::built_in_profile("ublox-m10").text), "").receiver;
   receiver.options.signal.shadowing.enabled = true;
   receiver.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Auto;
-  receiver.options.signal.shadowing.skyline.share = 0.4;
+  receiver.options.signal.shadowing.skyline.fraction = 0.4;
   return receiver;
 }
 

@@ -35,9 +35,9 @@ struct Route {
     if (corners.size() == 1) return corners.front();
     const Corner &a = corners[hint], &b = corners[hint + 1];
     const double length = b.travelled_m - a.travelled_m;
-    const double share = length > 0 ? std::clamp((travelled_m - a.travelled_m) / length, 0.0, 1.0) : 0;
-    return {travelled_m, a.seconds + share * (b.seconds - a.seconds),
-            a.height_m + share * (b.height_m - a.height_m), a.enu + share * (b.enu - a.enu)};
+    const double fraction = length > 0 ? std::clamp((travelled_m - a.travelled_m) / length, 0.0, 1.0) : 0;
+    return {travelled_m, a.seconds + fraction * (b.seconds - a.seconds),
+            a.height_m + fraction * (b.height_m - a.height_m), a.enu + fraction * (b.enu - a.enu)};
   }
 };
 
@@ -129,9 +129,9 @@ void find_no_fix(RouteReport& report, const std::vector<Layer>& layers, std::siz
   for (std::size_t i = 0; i < report.stations.size(); ++i) {
     const RouteStation& station = report.stations[i];
     const bool here = known(station);
-    const double share = here ? fix_share(layers[layer], station.answer->values[layer]) : 0;
-    if (here) sum += share;
-    length = here && share < 0.5 ? length + 1 : 0;
+    const double fraction = here ? fix_fraction(layers[layer], station.answer->values[layer]) : 0;
+    if (here) sum += fraction;
+    length = here && fraction < 0.5 ? length + 1 : 0;
     if (length > 0 && (!report.no_fix || length > report.no_fix->count))
       report.no_fix = stretch(i + 1 - length, length, piece_m);
   }

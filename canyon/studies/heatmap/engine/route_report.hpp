@@ -54,7 +54,7 @@ struct RouteReport {
   std::size_t known = 0;      ///< stations in computed cells
   std::size_t outside = 0;    ///< of the map or its times
   std::size_t no_answer = 0;  ///< inside buildings, under terrain, outside the map's area
-  /// Fraction of the known stations with a fix (fix_share()); empty if no layer shows it or none is known.
+  /// Fraction of the known stations with a fix (fix_fraction()); empty if no layer shows it or none is known.
   std::optional<double> availability;
   /// The map's error that a planner expects: the mean over realizations, else RMS, median, the error without
   /// noise. Index into `layers`; empty if the map has none.

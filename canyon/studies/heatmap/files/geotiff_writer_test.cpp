@@ -274,8 +274,8 @@ TEST(GeotiffWriter, FullDiskAtTheLastStep) {
   // Values are gathered and the first file is written with free space; the disk is full for the second one.
   MapSource source = map.source();
   std::optional<test::SmallDisk> disk;
-  for (const double share : {0.0, 0.01, 0.3, 0.7, 0.99, 0.999}) {
-    const auto limit = static_cast<std::size_t>(share * static_cast<double>(size));
+  for (const double fraction : {0.0, 0.01, 0.3, 0.7, 0.99, 0.999}) {
+    const auto limit = static_cast<std::size_t>(fraction * static_cast<double>(size));
     source.progress = [&](std::size_t done, std::size_t total) {
       if (done + 1 == total) disk.emplace(limit);
     };

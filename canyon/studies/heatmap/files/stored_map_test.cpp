@@ -272,10 +272,10 @@ TEST(StoredMap, DamageIsSaidOrHarmless) {
   const test::SampleMap map(60, 60);
   write_netcdf(folder / "map.nc", map.source());
   const std::string whole = test::read_bytes(folder / "map.nc");
-  for (const double share : {0.02, 0.5, 0.9, 0.999}) {
+  for (const double fraction : {0.02, 0.5, 0.9, 0.999}) {
     std::ofstream(folder / "cut.nc", std::ios::binary)
-        << whole.substr(0, static_cast<std::size_t>(share * static_cast<double>(whole.size())));
-    EXPECT_THAT(problem(folder / "cut.nc"), HasSubstr("cut.nc: ")) << share;
+        << whole.substr(0, static_cast<std::size_t>(fraction * static_cast<double>(whole.size())));
+    EXPECT_THAT(problem(folder / "cut.nc"), HasSubstr("cut.nc: ")) << fraction;
   }
   // Compressed chunks (zlib's checksum) are at the file's end.
   std::mt19937 random(1);

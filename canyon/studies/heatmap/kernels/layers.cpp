@@ -39,7 +39,7 @@ constexpr LayerInfo kLayers[]{
     {L::SatellitesVisible, "satellites_visible", "satellites received", "1"},
     {L::SatellitesUsed, "satellites_used", "satellites used in the position fix", "1", kFix},
     {L::SatellitesBlocked, "satellites_blocked", "satellites above the mask not received", "1"},
-    {L::NlosShare, "nlos_share", "share of non-line-of-sight satellites among those received", "1"},
+    {L::NlosFraction, "nlos_share", "share of non-line-of-sight satellites among those received", "1"},
     {L::LargestExcess, "largest_excess", "largest excess path of a received satellite", "m"},
     {L::SkyView, "sky_view", "sky view factor: share of the hemisphere that is clear", "1", false, false,
      kLineOfSight},
@@ -48,9 +48,9 @@ constexpr LayerInfo kLayers[]{
     {L::ProtectionLevel, "protection_level", "horizontal protection level", "m", kFix},
     {L::ProtectedAvailability, "protected_availability",
      "availability of a fix whose protection level is below the alert limit", "1", kFix, kDraws},
-    {L::MisleadingShare, "misleading_share", "probability of an error above the protection level", "1", kFix,
-     kDraws},
-    {L::RtkFixedShare, "rtk_fixed_share", "share of epochs with a fixed RTK solution", "1", kFix, kDraws},
+    {L::MisleadingFraction, "misleading_share", "probability of an error above the protection level", "1",
+     kFix, kDraws},
+    {L::RtkFixedFraction, "rtk_fixed_share", "share of epochs with a fixed RTK solution", "1", kFix, kDraws},
     {L::RtkTimeToFix, "rtk_time_to_fix", "median time to the first fixed RTK solution", "s", kFix, kDraws},
     {L::RtkFixedErrorP95, "rtk_fixed_error_p95",
      "95th percentile of the horizontal position error while RTK is fixed", "m", kFix, kDraws},
@@ -115,9 +115,9 @@ std::string limits_text(Layer layer, const LimitOptions& limits) {
       return level + ", without noise";
     case Layer::ProtectedAvailability:
       return fmt::format("level {}, limit {:g} m", level, limits.alert_m);
-    case Layer::MisleadingShare:
+    case Layer::MisleadingFraction:
       return fmt::format("level {}, of the draws with a fix", level);
-    case Layer::RtkFixedShare:
+    case Layer::RtkFixedFraction:
     case Layer::RtkTimeToFix:
     case Layer::RtkFixedErrorP95:
       return fmt::format("{} s of corrections, receiver at rest", limits.rtk_s);

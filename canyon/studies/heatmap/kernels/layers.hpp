@@ -30,7 +30,7 @@ enum class Layer : std::uint8_t {
   SatellitesVisible,  ///< above the mask, received
   SatellitesUsed,     ///< in the fix; 0 without
   SatellitesBlocked,  ///< above the mask, not received
-  NlosShare,          ///< of the received ones, NaN for none [1]
+  NlosFraction,       ///< of the received ones, NaN for none [1]
   LargestExcess,      ///< of received satellites [m], NaN for none
   SkyView,            ///< clear fraction of the sky's hemisphere (by solid angle) [1]; the same at all times
   HorizontalErrorExceedance,  ///< fraction of realizations with a fix whose error exceeds
@@ -38,9 +38,10 @@ enum class Layer : std::uint8_t {
   ProtectionLevel,            ///< positioning::horizontal_protection_level_m() of the fix without noise [m]
   /// Fraction of the realizations that have a fix with a protection level up to LimitOptions::alert_m [1].
   ProtectedAvailability,
-  MisleadingShare,  ///< fraction of realizations with a fix and a horizontal error above the protection level
+  MisleadingFraction,  ///< fraction of realizations with a fix and a horizontal error above the protection
+                       ///< level
   // Layers of a stationary receiver with RTK that uses its base's corrections for LimitOptions::rtk_s:
-  RtkFixedShare,     ///< fraction of the epochs of all realizations whose solution is fixed [1]
+  RtkFixedFraction,  ///< fraction of the epochs of all realizations whose solution is fixed [1]
   RtkTimeToFix,      ///< median over the realizations [s]; NaN if half of them or more have no fixed solution
   RtkFixedErrorP95,  ///< 95th percentile of the horizontal error while fixed [m]; NaN without
 };
@@ -76,7 +77,7 @@ void visit(options::Visitor& v, LimitOptions& o);
 [[nodiscard]] const LayerInfo& info(Layer layer);
 /// Whether its receivers are run second by second.
 [[nodiscard]] constexpr bool of_rtk(Layer layer) {
-  return layer >= Layer::RtkFixedShare;
+  return layer >= Layer::RtkFixedFraction;
 }
 /// Whether the solver of cells computes it: all but SkyView, which needs none, and those of RTK.
 [[nodiscard]] constexpr bool of_solver(Layer layer) {
@@ -86,7 +87,7 @@ void visit(options::Visitor& v, LimitOptions& o);
 [[nodiscard]] constexpr bool more_is_better(Layer layer) {
   return layer == Layer::Availability || layer == Layer::ProtectedAvailability || layer == Layer::SkyView ||
          layer == Layer::SatellitesLos || layer == Layer::SatellitesVisible ||
-         layer == Layer::SatellitesUsed || layer == Layer::RtkFixedShare;
+         layer == Layer::SatellitesUsed || layer == Layer::RtkFixedFraction;
 }
 /// The layer with this name, in upper or lower case. Throws InputError with the closest name for an unknown
 /// one; "all" is not a layer.

@@ -30,7 +30,7 @@ TEST(Layers, SayWhatTheyNeed) {
   for (const LayerInfo& each : all_layers()) {
     const bool statistics = each.name.find("error_") != std::string_view::npos ||
                             each.layer == Layer::ProtectedAvailability ||
-                            each.layer == Layer::MisleadingShare || of_rtk(each.layer);
+                            each.layer == Layer::MisleadingFraction || of_rtk(each.layer);
     EXPECT_EQ(each.draws, statistics) << each.name;
     EXPECT_EQ(each.received, each.layer != Layer::SatellitesLos && each.layer != Layer::SkyView) << each.name;
     if (each.draws) {

@@ -171,8 +171,8 @@ class Projection {
 /// The point where a side crosses the plane; `above` and `below` are its ends. Both triangles of the side get
 /// the same point.
 RasterPoint cut(const RasterPoint& above, const RasterPoint& below) {
-  const double share = above.range / (above.range - below.range);
-  return {above.u + share * (below.u - above.u), above.v + share * (below.v - above.v), 0};
+  const double fraction = above.range / (above.range - below.range);
+  return {above.u + fraction * (below.u - above.u), above.v + fraction * (below.v - above.v), 0};
 }
 
 /// Rasterises the part of a triangle above the plane (range 0): a triangle or two.

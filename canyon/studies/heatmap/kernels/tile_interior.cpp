@@ -23,8 +23,8 @@ constexpr std::size_t kMostEnds = 400;
 /// The intersection of the edge from `a` to `b` with the plane; bit-identical for both orders of the ends.
 std::array<double, 2> cut(const Point& a, const Point& b, double z) {
   const Point &low = a < b ? a : b, &high = a < b ? b : a;
-  const double share = (z - low[2]) / (high[2] - low[2]);
-  return {low[0] + share * (high[0] - low[0]), low[1] + share * (high[1] - low[1])};
+  const double fraction = (z - low[2]) / (high[2] - low[2]);
+  return {low[0] + fraction * (high[0] - low[0]), low[1] + fraction * (high[1] - low[1])};
 }
 
 bool is_above(const Point& point, double z) {
@@ -212,8 +212,8 @@ std::vector<std::uint32_t> Interiors::on_surfaces(const CellPlane& plane, double
           static_cast<std::int64_t>(std::min(plane.columns - 1.0, std::floor(column(east + reach_m))));
       for (std::int64_t k = first; k <= last; ++k) {
         const Eigen::Vector2d point(plane.first.x() + static_cast<double>(k) * plane.spacing_m, y);
-        const double share = length2 > 0 ? std::clamp((point - start).dot(side) / length2, 0.0, 1.0) : 0.0;
-        if ((start + share * side - point).norm() > reach_m) continue;
+        const double fraction = length2 > 0 ? std::clamp((point - start).dot(side) / length2, 0.0, 1.0) : 0.0;
+        if ((start + fraction * side - point).norm() > reach_m) continue;
         cells.push_back(static_cast<std::uint32_t>(r * plane.columns + k));
       }
     }

@@ -184,9 +184,9 @@ SignalCount compare_signals(const simulation::Environment& environment, const Pr
       ++count.different;
       bool at_an_edge = false;
       for (int round = 0; round < 12 && !at_an_edge; ++round) {
-        for (const double share : {1.0, 0.3}) {
+        for (const double fraction : {1.0, 0.3}) {
           const double angle = 2 * geodesy::kPi * round / 12;
-          const Vector3d shift = share * edge_m * Vector3d(std::cos(angle), std::sin(angle), 0);
+          const Vector3d shift = fraction * edge_m * Vector3d(std::cos(angle), std::sin(angle), 0);
           propagator.trace(point + shift, std::span(directions).subspan(k, 1), std::span(moved).first(1));
           at_an_edge |= visibility_of(moved[0]) == signals.visibility[k][i] &&
                         std::abs(static_cast<double>(signals.excess_m[k][i]) - moved[0].tracked_excess_m()) <
@@ -493,27 +493,27 @@ TEST(TileTracer, SkyViewBesideAWallAndInTheOpen) {
   const TileTracer tracer(wall, model(Model::Mirror), kMask);
   const Grid grid = Grid::covering(0.5, 0, 60.5, 2, 1);
   const TileCells cells = tracer.cells(grid, whole(grid), nullptr, 2, AltitudeKind::AboveTerrain);
-  std::vector<float> share(cells.state.size());
+  std::vector<float> fraction(cells.state.size());
   double worst = 0;
-  tracer.sky_view(cells, share);
-  for (std::size_t i = 0; i < share.size(); ++i) {
+  tracer.sky_view(cells, fraction);
+  for (std::size_t i = 0; i < fraction.size(); ++i) {
     const double expected = 1 - std::atan(28 / cells.centre(i).x()) / geodesy::kPi;
-    worst = std::max(worst, std::abs(static_cast<double>(share[i]) - expected));
+    worst = std::max(worst, std::abs(static_cast<double>(fraction[i]) - expected));
   }
   std::cout << "sky view within " << worst << "\n";
   EXPECT_LT(worst, 0.01);
-  tracer.sky_view(cells, share, 1, 1);
-  for (const float each : share) EXPECT_TRUE(each == 0 || each == 1);
-  EXPECT_THROW(tracer.sky_view(cells, share, 0, 64), InputError);
-  EXPECT_THROW(tracer.sky_view(cells, share, 16, 1001), InputError);
+  tracer.sky_view(cells, fraction, 1, 1);
+  for (const float each : fraction) EXPECT_TRUE(each == 0 || each == 1);
+  EXPECT_THROW(tracer.sky_view(cells, fraction, 0, 64), InputError);
+  EXPECT_THROW(tracer.sky_view(cells, fraction, 16, 1001), InputError);
 
   const simulation::Environment field = environment_of({});
   const TileTracer open(field, model(Model::Specular), kMask);
-  open.sky_view(open.cells(grid, whole(grid), nullptr, 2, AltitudeKind::AboveTerrain), share);
-  for (const float each : share) EXPECT_EQ(each, 1);
+  open.sky_view(open.cells(grid, whole(grid), nullptr, 2, AltitudeKind::AboveTerrain), fraction);
+  for (const float each : fraction) EXPECT_EQ(each, 1);
   const Area nowhere{{{{500, 500}, {501, 500}, {500, 501}}}};
-  open.sky_view(open.cells(grid, whole(grid), &nowhere, 2, AltitudeKind::AboveTerrain), share);
-  for (const float each : share) EXPECT_TRUE(std::isnan(each));
+  open.sky_view(open.cells(grid, whole(grid), &nowhere, 2, AltitudeKind::AboveTerrain), fraction);
+  for (const float each : fraction) EXPECT_TRUE(std::isnan(each));
 }
 
 TEST(TileTracer, RefusesAMaskThatIsNone) {

@@ -13,7 +13,7 @@ namespace {
 using drawing::Colour;
 using drawing::rgb;
 
-constexpr double kRobustShare = 0.98;
+constexpr double kRobustFraction = 0.98;
 /// If a scale's end is more than this times the median, most of a linear map has one colour.
 constexpr double kSkewed = 6;
 /// A scale's end that is smaller than this is drawn as zero.
@@ -62,7 +62,7 @@ void label_unevenly(ColourScale& scale) {
 }
 
 void scale_lengths(ColourScale& scale, const ValueCounts& values) {
-  const double robust = values.quantile(kRobustShare), least = values.quantile(1 - kRobustShare);
+  const double robust = values.quantile(kRobustFraction), least = values.quantile(1 - kRobustFraction);
   // Values below a micrometre count as zero: their rounding errors would look like a pattern.
   const bool some = robust > 1e-6, both = scale.style.kind == ValueKind::SignedLength;
   const double step = some ? drawing::nice_ceil(robust / (both ? 3 : 5)) : 0.5;
@@ -84,7 +84,7 @@ void scale_lengths(ColourScale& scale, const ValueCounts& values) {
 }
 
 void scale_dops(ColourScale& scale, const ValueCounts& values) {
-  const double robust = values.count() > 0 ? std::min(values.quantile(kRobustShare), kLargestDrawnDop) : 1;
+  const double robust = values.count() > 0 ? std::min(values.quantile(kRobustFraction), kLargestDrawnDop) : 1;
   const double least = values.count() > 0 ? std::clamp(values.least(), 0.0, robust) : 0;
   const double step = drawing::nice_ceil(std::max(robust - least, 0.1) / 5);
   scale.low = step * std::floor(least / step + 1e-9);
@@ -109,7 +109,7 @@ void scale_counts(ColourScale& scale, const ValueCounts& values) {
   }
 }
 
-void scale_shares(ColourScale& scale) {
+void scale_fractions(ColourScale& scale) {
   scale.unit = "%";
   for (const int percent : {0, 20, 40, 60, 80, 100})
     scale.ticks.emplace_back(percent / 100.0, fmt::format("{}", percent));
@@ -149,7 +149,7 @@ LayerStyle style_of(Layer layer) {
   const bool good = more_is_better(layer);
   if (layer >= Layer::SatellitesLos && layer <= Layer::SatellitesBlocked)
     return {ValueKind::Count, &drawing::viridis, !good};
-  return {ValueKind::Share, good ? &drawing::viridis : &cividis, !good};
+  return {ValueKind::Fraction, good ? &drawing::viridis : &cividis, !good};
 }
 
 double ColourScale::at(double value) const {
@@ -185,8 +185,8 @@ ColourScale make_colour_scale(Layer layer, const ValueCounts& values) {
     case ValueKind::Count:
       scale_counts(scale, values);
       return scale;
-    case ValueKind::Share:
-      scale_shares(scale);
+    case ValueKind::Fraction:
+      scale_fractions(scale);
       return scale;
   }
   // A step beyond the end that is invisible in its colour is not marked.

@@ -30,8 +30,8 @@ enum class ValueKind : std::uint8_t {
   SignedLength,
   Duration,  ///< [s], from 0
   Dop,
-  Count,  ///< of satellites: discrete steps
-  Share,  ///< shown in per cent
+  Count,     ///< of satellites: discrete steps
+  Fraction,  ///< shown in per cent
 };
 struct LayerStyle {
   ValueKind kind = ValueKind::Length;

@@ -31,7 +31,7 @@ constexpr double kSamePosition_m = 0.05;
 constexpr int kColours = 65;
 
 std::string hex(const drawing::Colour& colour) {
-  const auto byte = [](double share) { return std::lround(255 * std::clamp(share, 0.0, 1.0)); };
+  const auto byte = [](double fraction) { return std::lround(255 * std::clamp(fraction, 0.0, 1.0)); };
   return fmt::format("#{:02x}{:02x}{:02x}", byte(colour.r), byte(colour.g), byte(colour.b));
 }
 
@@ -56,8 +56,8 @@ Json layer_json(heatmap::Layer layer, const heatmap::ValueCounts& values) {
   const ColourScale scale = heatmap::make_colour_scale(layer, values);
   return {{"name", info.name},
           {"title", info.long_name},
-          {"unit", scale.style.kind == heatmap::ValueKind::Share ? "%" : scale.unit},
-          {"factor", scale.style.kind == heatmap::ValueKind::Share ? 100 : 1},
+          {"unit", scale.style.kind == heatmap::ValueKind::Fraction ? "%" : scale.unit},
+          {"factor", scale.style.kind == heatmap::ValueKind::Fraction ? 100 : 1},
           {"decimals", scale.style.kind == heatmap::ValueKind::Count ? 0 : 2},
           {"low", scale.low},
           {"high", scale.high},
