@@ -84,7 +84,7 @@ class CalibrationDrive : public RecordedDrive {
     d.systems = scenario_.sky.systems;
     d.seed = scenario_.seed;
     d.facades = calibration::open_facades(
-        scenario_, [this](const simulation::Scenario& drawn) { return drawn_environment(drawn); });
+        scenario_, [this](const simulation::Scenario& sampled) { return sampled_environment(sampled); });
     return d;
   }
   /// Warns of keys of `values` that the scenario itself sets, which override the profile.
@@ -109,7 +109,7 @@ class CalibrationDrive : public RecordedDrive {
     if (calibrated != nullptr) {
       calibration::set_values(calibrated->values, receiver);
       if (const auto fraction = calibration::fitted_glass(*calibrated))
-        environment_ = drawn_environment(calibration::with_coated_glass(scenario_, *fraction));
+        environment_ = sampled_environment(calibration::with_coated_glass(scenario_, *fraction));
     }
     Progress progress(fmt::format("{}comparing: {}", prefix_, called), quiet);
     compare_.progress = progress_of(progress);

@@ -74,7 +74,7 @@ void add_threads(Command& command, int& threads, const std::string& about) {
   command.add_option("--threads", threads, "N", about).within(0, simulation::kMostThreads);
 }
 
-void warn_of_few_draws(std::size_t count, std::string_view option) {
+void warn_of_few_samples(std::size_t count, std::string_view option) {
   if (const auto caution = caution_of_few(count, "draws"))
     print_warnings({fmt::format("{}: give {} {}", *caution, option, kFewestOf90)});
 }

@@ -71,7 +71,7 @@ void add_threads(Command& command, int& threads, const std::string& about = "0: 
 /// Adds --known, a list of names for unknowns::unknowns_of().
 Option& add_known(Command& command, std::string& known);
 /// Warns if 90 % intervals of so few draws hold less (caution_of_few()). @param option that describes it
-void warn_of_few_draws(std::size_t count, std::string_view option);
+void warn_of_few_samples(std::size_t count, std::string_view option);
 /// Warns on standard error if an instant has no time zone.
 void warn_of_no_zone(std::string_view instant);
 /// An instant, by geodesy::parse_simulated_time(); warns on standard error if it has no time zone.

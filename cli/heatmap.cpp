@@ -59,7 +59,7 @@ class MapRun {
       std::unique_ptr<simulation::Environment> environment =
           environment_of(scenario, i + 1 == runs_->count());
       heatmap::Request request = request_;
-      request.draws.seed = scenario.seed;
+      request.samples.seed = scenario.seed;
       const auto base = simulation::base_of(scenario.receivers, receiver);
       auto heatmap = std::make_unique<heatmap::Heatmap>(*environment, receiver, request,
                                                         heatmap::input_key(*environment, request.times),
@@ -138,7 +138,7 @@ class MapRun {
     if (!scenario_.faults.empty())
       report_.add_line(ReadReport::Level::Guess, "maps have no faults: those of the scenario are ignored");
     if (arguments_.seed) scenario_.seed = *arguments_.seed;
-    request_.draws = {arguments_.noise.draws, scenario_.seed};
+    request_.samples = {arguments_.noise.samples, scenario_.seed};
     request_.receivers = arguments_.receivers;
     request_.limits = arguments_.limits;
     request_.motion = scenario_.map;
@@ -159,7 +159,7 @@ class MapRun {
     runs_.emplace(arguments_, scenario_);
     for (const std::string& prior : runs_->priors()) note(fmt::format("unknown     {}", prior));
     if (arguments_.unknowns && ranks_.rank() == 0)
-      warn_of_few_draws(static_cast<std::size_t>(*arguments_.unknowns), "--unknowns");
+      warn_of_few_samples(static_cast<std::size_t>(*arguments_.unknowns), "--unknowns");
     if (ranks_.rank() == 0) files_.emplace(arguments_.out, "heatmap", "tiles");
   }
 

@@ -136,22 +136,22 @@ MapRuns::MapRuns(const HeatmapArguments& arguments, const simulation::Scenario& 
     : count_(run_count(arguments)),
       scenario_(scenario),
       known_(for_option("--known", [&] { return unknowns::unknowns_of(arguments.known); })) {
-  if (arguments.unknowns) draws_.emplace(scenario.seed, static_cast<std::size_t>(count_), known_);
+  if (arguments.unknowns) samples_.emplace(scenario.seed, static_cast<std::size_t>(count_), known_);
 }
 
 std::vector<std::string> MapRuns::priors() const {
-  return draws_ ? unknowns::priors_of(scenario_, known_) : std::vector<std::string>();
+  return samples_ ? unknowns::priors_of(scenario_, known_) : std::vector<std::string>();
 }
 
 simulation::Scenario MapRuns::scenario(int run) const {
   simulation::Scenario scenario = scenario_;
   scenario.seed += static_cast<std::uint64_t>(run);
-  if (draws_) draws_->apply(static_cast<std::size_t>(run), scenario);
+  if (samples_) samples_->apply(static_cast<std::size_t>(run), scenario);
   return scenario;
 }
 
 std::vector<heatmap::OverRuns> MapRuns::statistics() const {
-  if (draws_) return {0.5, 0.05, 0.25, 0.75, 0.95};
+  if (samples_) return {0.5, 0.05, 0.25, 0.75, 0.95};
   if (several()) return {std::nullopt, 0.95};
   return {std::nullopt};
 }
@@ -159,7 +159,7 @@ std::vector<heatmap::OverRuns> MapRuns::statistics() const {
 std::string MapRuns::name_of(heatmap::OverRuns over) const {
   if (!several()) return "map";
   const std::string what = !over ? "mean" : *over == 0.5 ? "median" : fmt::format("{:.0f} %", 100 * *over);
-  return fmt::format("{} of {} {}", what, count_, draws_ ? "draws of unknowns" : "runs");
+  return fmt::format("{} of {} {}", what, count_, samples_ ? "draws of unknowns" : "runs");
 }
 
 void check_size(const HeatmapArguments& arguments, const heatmap::Request& request) {
@@ -209,8 +209,8 @@ std::string command_of(const HeatmapArguments& arguments, const heatmap::Request
   add("--model", arguments.model);
   add("--receiver", arguments.receiver);
   if (std::any_of(request.layers.begin(), request.layers.end(),
-                  [](heatmap::Layer layer) { return heatmap::info(layer).draws; }))
-    add("--draws", std::to_string(request.draws.draws));
+                  [](heatmap::Layer layer) { return heatmap::info(layer).needs_samples; }))
+    add("--draws", std::to_string(request.samples.samples));
   if (!(request.receivers == heatmap::CellReceiverOptions{})) {
     add("--receivers", request.receivers.model == heatmap::ReceiverModel::Run ? "run" : "steady_state");
     add("--path-nodes", fmt::format("{:g}", request.receivers.path_nodes_m));
@@ -231,7 +231,7 @@ std::string command_of(const HeatmapArguments& arguments, const heatmap::Request
   if (arguments.runs > 1) add("--runs", std::to_string(arguments.runs));
   if (arguments.unknowns) add("--unknowns", std::to_string(*arguments.unknowns));
   add("--known", arguments.known);
-  add("--seed", std::to_string(request.draws.seed));
+  add("--seed", std::to_string(request.samples.seed));
   if (arguments.grid.tile_size > 0) add("--tile", std::to_string(arguments.grid.tile_size));
   return text;
 }

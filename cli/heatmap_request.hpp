@@ -73,7 +73,7 @@ class MapRuns {
   int count_;
   simulation::Scenario scenario_;
   std::vector<unknowns::Unknown> known_;
-  std::optional<unknowns::Draws> draws_;
+  std::optional<unknowns::UnknownSamples> samples_;
 };
 /// Number of maps to compute.
 [[nodiscard]] int run_count(const HeatmapArguments& arguments);

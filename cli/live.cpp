@@ -59,10 +59,10 @@ std::string figures_line(const live::SessionFigures& figures) {
 int run_live(const LiveArguments& arguments) {
   simulation::Scenario scenario = read_live_scenario(arguments);
   const bool terminal = isatty(STDERR_FILENO) != 0;
-  bool drawn = false;  // a line that the next one overwrites
+  bool sampled = false;  // a line that the next one overwrites
   const auto note = [&](const std::string& text) {
     if (arguments.quiet) return;
-    fmt::print(stderr, "{}{}\n", std::exchange(drawn, false) ? "\n" : "", hide_passwords(text));
+    fmt::print(stderr, "{}{}\n", std::exchange(sampled, false) ? "\n" : "", hide_passwords(text));
   };
   auto scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario));
   const city::CitySummary summary = city::summarize(scene->city);
@@ -86,14 +86,14 @@ int run_live(const LiveArguments& arguments) {
   options.stop = &stop;
   options.note = note;
   options.warn = [&](const std::string& text) {
-    if (std::exchange(drawn, false)) fmt::print(stderr, "\n");
+    if (std::exchange(sampled, false)) fmt::print(stderr, "\n");
     print_warnings({text});
   };
   options.progress = [&](const live::SessionFigures& figures) {
     if (arguments.quiet) return;
     if (terminal) {
       fmt::print(stderr, "\r\033[K{}", figures_line(figures));
-      drawn = true;
+      sampled = true;
     } else if (++quiet_seconds % 10 == 0) {
       note(figures_line(figures));
     }

@@ -44,7 +44,7 @@ Progress::Progress(std::string what, bool quiet, std::string unit)
     : what_(std::move(what)), unit_(std::move(unit)), quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {}
 
 Progress::~Progress() {
-  if (drawn_) fmt::print(stderr, "\r\033[K");
+  if (rendered_) fmt::print(stderr, "\r\033[K");
 }
 
 void Progress::update(std::size_t done, std::size_t total) {
@@ -75,7 +75,7 @@ void Progress::update(std::size_t done, std::size_t total) {
                std::string(static_cast<std::size_t>(filled), '#'),
                std::string(static_cast<std::size_t>(kWidth - filled), '.'), fraction * 100, about);
     std::fflush(stderr);
-    drawn_ = true;
+    rendered_ = true;
     last_bar_ = now;
   } else {
     fmt::print(stderr, "{}: {:.0f} % ({})\n", what_, fraction * 100, about);

@@ -47,7 +47,7 @@ class Progress {
   std::string unit_;
   bool quiet_;
   bool terminal_;
-  bool drawn_ = false;
+  bool rendered_ = false;
   std::optional<std::size_t> found_;  ///< with a unit: done at the first update
   Clock::time_point begin_ = Clock::now();
   Clock::time_point last_line_ = Clock::now();

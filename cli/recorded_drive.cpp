@@ -173,7 +173,7 @@ validation::Comparison RecordedDrive::simulate(const simulation::ReceiverConfig&
   return validation::compare(recording_, receiver, environment, position, seed, compare_);
 }
 
-std::unique_ptr<simulation::Environment> RecordedDrive::drawn_environment(simulation::Scenario scenario) {
+std::unique_ptr<simulation::Environment> RecordedDrive::sampled_environment(simulation::Scenario scenario) {
   return redrawn_.draw(sky_, std::move(scenario));
 }
 

@@ -99,7 +99,7 @@ class RecordedDrive {
                                                 const std::vector<validation::Comparison>& runs) const;
   /// The city of a scenario, sampled by its seed, at its position in the map, under the recording's sky. The
   /// first call reads the city's files again; later calls sample from that.
-  [[nodiscard]] std::unique_ptr<simulation::Environment> drawn_environment(simulation::Scenario scenario);
+  [[nodiscard]] std::unique_ptr<simulation::Environment> sampled_environment(simulation::Scenario scenario);
   [[nodiscard]] validation::Registration registration() const {
     return alignment_ ? alignment_->registration : validation::Registration{};
   }

@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Pictures of a receiver take about a second, its epochs often less.
-constexpr std::size_t kMostDrawn = 16;
+constexpr std::size_t kMaxRendered = 16;
 
 struct SimulateArguments : RunArguments {
   std::vector<std::string> files;  ///< one scenario, or those of `canyon new`
@@ -72,14 +72,14 @@ std::vector<std::unique_ptr<simulation::EpochSink>> make_sinks(const simulation:
   std::vector<std::unique_ptr<simulation::EpochSink>> sinks =
       output::make_file_sinks(simulation, arguments.out);
   if (scenario.outputs.has("pictures")) {
-    const std::size_t drawn = std::min(scenario.receivers.size(), kMostDrawn);
-    for (std::size_t i = 0; i < drawn; ++i) {
+    const std::size_t sampled = std::min(scenario.receivers.size(), kMaxRendered);
+    for (std::size_t i = 0; i < sampled; ++i) {
       sinks.push_back(drawing::make_pictures(
           simulation, output::receiver_folder(simulation, arguments.out, i), i, &catch_interrupts()));
     }
-    if (drawn < scenario.receivers.size()) {
+    if (sampled < scenario.receivers.size()) {
       note(arguments.quiet,
-           fmt::format("pictures    of the first {} of {} receivers", drawn, scenario.receivers.size()));
+           fmt::format("pictures    of the first {} of {} receivers", sampled, scenario.receivers.size()));
     }
   }
   if (arguments.view) sinks.push_back(view::make_view(simulation, fs::path(arguments.out) / "view"));

@@ -26,7 +26,7 @@ namespace {
 
 /// Samples of unknowns have these arguments as well.
 struct EnsembleArguments : DriveArguments {
-  std::optional<int> draws;
+  std::optional<int> samples;
   std::string known;
   bool unsaid = false;
 };
@@ -57,18 +57,18 @@ class EnsembleDrive : public RecordedDrive {
   }
 
   /// @param told called with the number of epochs
-  void draw(const unknowns::Draws& draws, std::size_t k, const ProgressCallback& report_progress) {
+  void draw(const unknowns::UnknownSamples& samples, std::size_t k, const ProgressCallback& report_progress) {
     simulation::Scenario scenario = scenario_;
     scenario.seed += k + 1;
-    validation::EnsembleRow::Draw draw;
-    draw.values = draws.apply(k, scenario);
+    validation::EnsembleRow::EnsembleSample draw;
+    draw.values = samples.apply(k, scenario);
     const validation::Registration position = registration(scenario.city.georeference, scenario.seed);
-    const auto environment = drawn_environment(scenario);
+    const auto environment = sampled_environment(scenario);
     compare_.progress = report_progress;
     const validation::Comparison run =
         simulate(scenario.receivers.front(), *environment, position, scenario.seed);
     draw.headlines = headlines({&run, 1});
-    row_.draws.push_back(std::move(draw));
+    row_.samples.push_back(std::move(draw));
   }
 
   [[nodiscard]] const validation::EnsembleRow& row() const { return row_; }
@@ -107,18 +107,19 @@ class EnsembleDrive : public RecordedDrive {
 using Drives = std::vector<std::unique_ptr<EnsembleDrive>>;
 
 /// Samples of all drives, one after the other.
-void draw_all(const EnsembleArguments& arguments, const unknowns::Draws& draws, const Drives& drives) {
+void draw_all(const EnsembleArguments& arguments, const unknowns::UnknownSamples& samples,
+              const Drives& drives) {
   const std::atomic<bool>& stop = catch_interrupts();
   Progress progress("sampling unknowns", arguments.quiet, "runs");
-  const std::size_t total = draws.size() * drives.size();
+  const std::size_t total = samples.size() * drives.size();
   progress.update(0, total);
   const ProgressCallback report_progress = [&stop](std::size_t, std::size_t) {
     if (stop.load()) throw Interrupted{};
   };
   std::size_t done = 0;
-  for (std::size_t k = 0; k < draws.size(); ++k) {
+  for (std::size_t k = 0; k < samples.size(); ++k) {
     for (const auto& drive : drives) {
-      drive->draw(draws, k, report_progress);
+      drive->draw(samples, k, report_progress);
       progress.update(++done, total);
     }
   }
@@ -129,7 +130,7 @@ void write_ensemble(const EnsembleArguments& arguments, const Drives& drives) {
   for (const auto& drive : drives) rows.push_back(drive->row());
   if (write_results(arguments, [&rows] { return validation::ensemble_json(rows); })) {
     fmt::print("\n{}", validation::ensemble_text(rows));
-    warn_of_few_draws(static_cast<std::size_t>(*arguments.draws), "--ensemble");
+    warn_of_few_samples(static_cast<std::size_t>(*arguments.samples), "--ensemble");
   }
 }
 
@@ -141,8 +142,8 @@ int run_ensemble(const EnsembleArguments& arguments) {
     const bool listed = validation::is_recording_list(arguments.scenario);
     const Drives drives = drives_of<EnsembleDrive>(arguments, recordings_of(arguments, listed), listed);
     for (const auto& drive : drives) drive->start(known);
-    const auto count = static_cast<std::size_t>(*arguments.draws);
-    draw_all(arguments, unknowns::Draws(arguments.seed.value_or(1), count, known), drives);
+    const auto count = static_cast<std::size_t>(*arguments.samples);
+    draw_all(arguments, unknowns::UnknownSamples(arguments.seed.value_or(1), count, known), drives);
     write_ensemble(arguments, drives);
     return kOk;
   });
@@ -215,10 +216,10 @@ class Judge : public RecordedDrive {
           "add city: {georeference: {sigma_m: 3}} to the scenario");
     }
     runs_ = arguments_.runs.value_or(10);
-    const std::string drawn =
+    const std::string sampled =
         uncertain ? fmt::format(", {} cities sampled within {:g} m", runs_, georeference.sigma_m) : "";
     models_.push_back(
-        {"", fmt::format("{} (the scenario's{})", receiver.options.name, drawn), receiver, uncertain});
+        {"", fmt::format("{} (the scenario's{})", receiver.options.name, sampled), receiver, uncertain});
     std::vector<validation::Model> more;
     if (arguments_.ladder) {
       more = validation::model_ladder(receiver);
@@ -351,7 +352,7 @@ void write(const ValidateArguments& arguments, const Judges& judges, bool listed
 }
 
 int run_validate(const ValidateArguments& given) {
-  if (given.draws) return run_ensemble(given);
+  if (given.samples) return run_ensemble(given);
   ValidateArguments arguments = given;
   if (arguments.seeds > 1 && !arguments.seed) arguments.seed = 1;
   return unless_interrupted([&] {
@@ -402,7 +403,7 @@ void add_validate(Command& app) {
       .within(1, 1000);
   command
       .add_option(
-          "--ensemble", arguments.draws, "N",
+          "--ensemble", arguments.samples, "N",
           "simulate each recording N times with samples of what its scenario leaves open (level of the "
           "installation, obstacles, facades, position of the map, seed), and print intervals of the metrics")
       .within(2, 1000)

@@ -174,7 +174,7 @@ live::WorldFrame world_frame(const std::optional<live::HostOrigin>& host, const 
 live::WorldScene::Options scene_options(const std::string& world, const HostSettings& settings,
                                         const live::WorldFrame& frame) {
   return {world, settings.visual_geometry, frame, settings.facades,
-          settings.facades.drawn() ? settings.live.seed : 1};
+          settings.facades.is_sampled() ? settings.live.seed : 1};
 }
 
 geodesy::GpsTime start_of_world(const void* world, const std::string& name, std::int64_t sim_time_ns) {

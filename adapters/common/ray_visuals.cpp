@@ -50,13 +50,13 @@ class RayDrawing {
       return;
     }
     const bool tracked = visibility == Visibility::NLOS;  // the reflected signal, not the direct one
-    std::size_t drawn = 0;
+    std::size_t sampled = 0;
     for (const propagation::Path& path : view.paths.paths) {
       if (path.kind == propagation::PathKind::Direct) continue;
       // A diffracted wave at the edge of a clear path is almost parallel to the path.
       if (path.kind == propagation::PathKind::Diffracted && !tracked) continue;
-      if (drawn == kMaxDrawnPaths) break;
-      const std::string name = "path" + std::to_string(drawn++);
+      if (sampled == kMaxRenderedPaths) break;
+      const std::string name = "path" + std::to_string(sampled++);
       const Vector3d point = world(path.point);
       if (path.kind == propagation::PathKind::Diffuse) {
         // One of many paths: faint, without its own mark.

@@ -42,7 +42,7 @@ struct VisualSettings {
 };
 
 /// Maximum number of drawn paths of one satellite: the shortest.
-inline constexpr std::size_t kMaxDrawnPaths = 3;
+inline constexpr std::size_t kMaxRenderedPaths = 3;
 /// Horizontal error [m] at the end of the bubble's colour scale.
 inline constexpr double kBubbleWorst_m = 20;
 /// Minimum and maximum radius of a bubble [m], and its radius without a fix.

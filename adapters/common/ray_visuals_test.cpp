@@ -132,7 +132,7 @@ TEST(RayShapes, DrawTheShortestPathsOnly) {
   Sky sky;
   sky.add(9, 40, 30, Visibility::NLOS, {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}});
   const auto shapes = by_name(ray_shapes(sky.report, 100));
-  EXPECT_EQ(shapes.size(), 3 * kMaxDrawnPaths);
+  EXPECT_EQ(shapes.size(), 3 * kMaxRenderedPaths);
   EXPECT_EQ(shapes.at("G09.path2.point").centre.x(), 3);
 }
 

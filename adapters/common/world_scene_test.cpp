@@ -148,7 +148,7 @@ TEST_F(WorldSceneTest, TurnsWithTheWorldsHeading) {
 }
 
 /// The mesh of a world's city by its facade materials.
-city::Mesh drawn(const std::vector<BoxWorld::Box>& boxes, const city::FacadeOptions& facades) {
+city::Mesh rendered(const std::vector<BoxWorld::Box>& boxes, const city::FacadeOptions& facades) {
   auto made = std::make_unique<BoxWorld>();
   for (std::size_t i = 0; i < boxes.size(); ++i) made->boxes[i + 1] = boxes[i];
   live::WorldScene::Options options{"street", false, {}};
@@ -173,13 +173,13 @@ std::vector<BoxWorld::Box> district() {
 TEST(WorldScene, DrawsFacadesAsCanyonSimulateDoes) {
   city::FacadeOptions as_given;
   as_given.mix = city::FacadeMix::AsGiven;
-  const city::Mesh plain = drawn(district(), as_given);
+  const city::Mesh plain = rendered(district(), as_given);
   ASSERT_EQ(plain.triangles.size(), 30U * 12U);
   EXPECT_THAT(plain.materials, Each(city::Material::Unknown));
   city::City city;
   city.mesh = plain;
   (void)city::dress_facades(city, {}, false, 1);
-  const city::Mesh dressed = drawn(district(), {});
+  const city::Mesh dressed = rendered(district(), {});
   EXPECT_EQ(dressed.materials, city.mesh.materials);
   EXPECT_THAT(dressed.materials, AllOf(Contains(city::Material::Metal), Contains(city::Material::Glass)));
 }

@@ -399,7 +399,7 @@ simulation::LiveConfig driven_config(const NodeSettings& settings, const std::st
     config.warnings.clear();  // the simulation logs them
     return config;
   }
-  config.receiver().options.own_draws = true;
+  config.receiver().options.independent_noise = true;
   if (!settings.named) config.receiver().options.name = own_name;
   return config;
 }

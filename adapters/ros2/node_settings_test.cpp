@@ -142,7 +142,7 @@ TEST_F(Settings, NoFileIsNeeded) {
   EXPECT_TRUE(settings.live.city.is<simulation::OpenField>());
   const simulation::LiveConfig live = driven_config(settings, "/car/receiver");
   EXPECT_EQ(live.receiver().options.name, "/car/receiver");
-  EXPECT_TRUE(live.receiver().options.own_draws);
+  EXPECT_TRUE(live.receiver().options.independent_noise);
 }
 
 // The engine's messages, with the parameter's name.

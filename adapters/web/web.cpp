@@ -183,7 +183,7 @@ Json map(const Json& given) {
                                          given.at("spacing_m").get<double>());
   request.altitudes_m = {heatmap::usual_altitude_m(scenario, request.altitude_kind)};
   request.times = {shown.simulation->begin()};
-  request.draws.seed = scenario.seed;
+  request.samples.seed = scenario.seed;
   request.motion = scenario.map;
   const city::City& city = shown.scene->city;
   heatmap::check_box({{box[0], box[1]}, {box[2], box[3]}}, city);

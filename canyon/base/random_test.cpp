@@ -72,17 +72,17 @@ TEST(RandomStream, StreamsOfOtherKeysAndSeedsAreUncorrelated) {
 
 TEST(RandomStream, UniformFillsItsBinsEvenly) {
   constexpr int kBins = 64;
-  constexpr int kDraws = 640'000;
+  constexpr int kSamples = 640'000;
   RandomStream stream(7, "uniform");
   std::vector<int> count(kBins);
-  for (int i = 0; i < kDraws; ++i) {
+  for (int i = 0; i < kSamples; ++i) {
     const double u = stream.uniform();
     ASSERT_GE(u, 0);
     ASSERT_LT(u, 1);
     ++count[static_cast<std::size_t>(u * kBins)];
   }
   double chi2 = 0;
-  for (const int c : count) chi2 += std::pow(c - kDraws / kBins, 2) / (kDraws / kBins);
+  for (const int c : count) chi2 += std::pow(c - kSamples / kBins, 2) / (kSamples / kBins);
   EXPECT_NEAR(chi2, kBins - 1, kSigmas * std::sqrt(2.0 * (kBins - 1)));
 }
 

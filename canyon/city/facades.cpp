@@ -132,7 +132,7 @@ std::map<std::string, double> facade_fractions(const FacadeOptions& options, dou
 
 std::string dress_facades(City& city, const FacadeOptions& options, bool keep_named, std::uint64_t seed) {
   options.validate();
-  if (!options.drawn()) return {};
+  if (!options.is_sampled()) return {};
   Mesh& mesh = city.mesh;
   std::array<std::size_t, kTypes.size()> counts{};
   std::size_t kept = 0, buildings = 0;

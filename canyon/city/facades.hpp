@@ -21,7 +21,7 @@ struct FacadeOptions {
   Named named = Named::BySource;            ///< materials named by the source
 
   /// Whether anything is sampled.
-  [[nodiscard]] bool drawn() const { return mix != FacadeMix::AsGiven || !fractions.empty(); }
+  [[nodiscard]] bool is_sampled() const { return mix != FacadeMix::AsGiven || !fractions.empty(); }
   /// Whether walls keep a known material. @param source_is_trusted the source's names are real materials
   [[nodiscard]] bool keeps_named(bool source_is_trusted) const {
     return named == Named::Keep || (named == Named::BySource && source_is_trusted);

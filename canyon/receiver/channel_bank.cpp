@@ -16,20 +16,20 @@ bool in_line_of_sight(Visibility visibility) {
 
 }  // namespace
 
-ChannelBank::ChannelBank(const ReceiverOptions& options, std::uint64_t seed, std::string draws)
-    : options_(options), seed_(seed), draws_(std::move(draws)) {
+ChannelBank::ChannelBank(const ReceiverOptions& options, std::uint64_t seed, std::string stream_name)
+    : options_(options), seed_(seed), stream_name_(std::move(stream_name)) {
   for (const gnss::System system : gnss::kAllSystems)
     tracks_[static_cast<std::size_t>(system)] = receiver::tracked_signals(options.tracks, system);
-  if (options.signal.enabled) signals_.emplace(options.signal, seed, options.name, draws_);
+  if (options.signal.enabled) signals_.emplace(options.signal, seed, options.name, stream_name_);
 }
 
 void ChannelBank::restart(const disturbance::Restart& restart) {
-  known_.emplace(restart, options_.signal.lock, signals_.has_value(), seed_, draws_);
+  known_.emplace(restart, options_.signal.lock, signals_.has_value(), seed_, stream_name_);
   channels_.clear();
   if (!signals_) return;
   tracking::SignalOptions searching = options_.signal;
   searching.lock.warm_start = false;
-  signals_.emplace(std::move(searching), seed_, options_.name, draws_);
+  signals_.emplace(std::move(searching), seed_, options_.name, stream_name_);
 }
 
 std::span<const tracking::ReceivedWave> ChannelBank::receive(

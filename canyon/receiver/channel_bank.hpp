@@ -39,19 +39,19 @@ class KnownEphemerides {
   /// this long after it appears
   /// @param draws name of its random streams
   KnownEphemerides(const disturbance::Restart& restart, const tracking::SignalLockOptions& lock,
-                   bool channels_search, std::uint64_t seed, std::string draws)
+                   bool channels_search, std::uint64_t seed, std::string stream_name)
       : restart_(restart),
         lock_(lock),
         channels_search_(channels_search),
         seed_(seed),
-        draws_(std::move(draws)) {}
+        stream_name_(std::move(stream_name)) {}
 
   /// [s], >= 0.
   [[nodiscard]] double search_s(gnss::SatelliteId id) const {
     if (restart_.search_s) return *restart_.search_s;
     if (restart_.kind != disturbance::RestartKind::Cold) return lock_.reacquisition_s;
-    const double uniform = RandomStream(seed_, fmt::format("{}/{}/search/{}", draws_, gnss::to_string(id),
-                                                           restart_.at.nanoseconds()))
+    const double uniform = RandomStream(seed_, fmt::format("{}/{}/search/{}", stream_name_,
+                                                           gnss::to_string(id), restart_.at.nanoseconds()))
                                .uniform();
     const double cold_s = lock_.cold_acquisition_s;
     if (by_network()) return (0.8 + 0.8 * uniform) * cold_s;
@@ -94,7 +94,7 @@ class KnownEphemerides {
   tracking::SignalLockOptions lock_;
   bool channels_search_;
   std::uint64_t seed_;
-  std::string draws_;
+  std::string stream_name_;
   std::map<gnss::SatelliteId, Satellite> satellites_;
 };
 
@@ -120,7 +120,7 @@ class ChannelBank {
  public:
   /// @param options must outlive this
   /// @param draws name of its random streams
-  ChannelBank(const ReceiverOptions& options, std::uint64_t seed, std::string draws);
+  ChannelBank(const ReceiverOptions& options, std::uint64_t seed, std::string stream_name);
 
   /// Resets all channels and ephemerides, and searches as after the restart.
   void restart(const disturbance::Restart& restart);
@@ -148,7 +148,7 @@ class ChannelBank {
 
   const ReceiverOptions& options_;
   std::uint64_t seed_;
-  std::string draws_;
+  std::string stream_name_;
   /// Tracked signals of each system, by System.
   std::array<std::vector<const gnss::Signal*>, gnss::kSystemCount> tracks_;
   std::optional<tracking::ChannelModel> signals_;  ///< empty: signals have no strength

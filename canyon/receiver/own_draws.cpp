@@ -6,12 +6,12 @@
 
 namespace canyon::receiver {
 
-std::string draws_of(const ReceiverOptions& options) {
-  return options.own_draws && options.name != kReceiver ? options.name : "";
+std::string stream_name(const ReceiverOptions& options) {
+  return options.independent_noise && options.name != kReceiver ? options.name : "";
 }
 
-std::string disturbance_draws_of(const ReceiverOptions& options) {
-  return options.own_draws.is_set() ? draws_of(options) : "";
+std::string disturbance_stream_name(const ReceiverOptions& options) {
+  return options.independent_noise.is_set() ? stream_name(options) : "";
 }
 
 void signals_to_track(const ReceiverOptions& options, gnss::SatelliteId id, geodesy::GpsTime time,
@@ -43,12 +43,12 @@ tracking::OuProcess bias_drift(const ReceiverOptions& options, std::uint64_t see
   const BiasOptions& o = options.biases;
   const tracking::OuOptions ou{1 / o.drift_time_s, 0, o.drift_sigma_m * std::sqrt(2 / o.drift_time_s)};
   const std::string key =
-      fmt::format("{}/{}/{}/bias", draws_of(options), gnss::name(signal.system), signal.name);
+      fmt::format("{}/{}/{}/bias", stream_name(options), gnss::name(signal.system), signal.name);
   return {ou, RandomStream(seed, key)};
 }
 
 std::string noise_key(const ReceiverOptions& options, gnss::SatelliteId id, const gnss::Signal& signal) {
-  std::string key = draws_of(options) + "/" + gnss::to_string(id);
+  std::string key = stream_name(options) + "/" + gnss::to_string(id);
   if (gnss::index_of(signal) > 0) key += fmt::format("/{}", signal.name);
   return key;
 }

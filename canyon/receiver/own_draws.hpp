@@ -14,9 +14,9 @@ namespace canyon::receiver {
 
 /// Name of a receiver's random streams, by ReceiverOptions::own_draws: its own name, or none; kReceiver
 /// counts as none.
-[[nodiscard]] std::string draws_of(const ReceiverOptions& options);
+[[nodiscard]] std::string stream_name(const ReceiverOptions& options);
 /// Name of the random streams of its disturbances.
-[[nodiscard]] std::string disturbance_draws_of(const ReceiverOptions& options);
+[[nodiscard]] std::string disturbance_stream_name(const ReceiverOptions& options);
 /// Tracked signals of a satellite at a time, in the order of gnss::signals_of(). @param found replaced
 void signals_to_track(const ReceiverOptions& options, gnss::SatelliteId id, geodesy::GpsTime time,
                       std::vector<const gnss::Signal*>& found);

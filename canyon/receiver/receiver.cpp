@@ -23,15 +23,15 @@ struct Receiver::State {
         std::span<const disturbance::DisturbanceSource> sources, const ModelSource& source_of_models)
       : options(validated(std::move(receiver_options))),
         seed(stream_seed),
-        draws(draws_of(options)),
-        models(source_of_models ? source_of_models(seed, draws) : OwnModels()),
-        clock(options.clock, RandomStream(seed, draws + "/clock")),
-        fix_noise(seed, draws + "/fix noise"),
-        channels(options, seed, draws),
+        random_stream(stream_name(options)),
+        models(source_of_models ? source_of_models(seed, random_stream) : OwnModels()),
+        clock(options.clock, RandomStream(seed, random_stream + "/clock")),
+        fix_noise(seed, random_stream + "/fix noise"),
+        channels(options, seed, random_stream),
         measuring(options, seed),
         fix_input(options),
         solver(options, models) {
-    const std::string around = disturbance_draws_of(options);
+    const std::string around = disturbance_stream_name(options);
     const disturbance::ShadowingOptions& shadowing = options.signal.shadowing;
     if (options.signal.enabled && shadowing.active())
       disturbances.push_back(std::make_unique<disturbance::DirectShadowing>(shadowing, seed, around));
@@ -327,7 +327,7 @@ struct Receiver::State {
 
   const ReceiverOptions options;
   const std::uint64_t seed;
-  const std::string draws;  ///< name of its random streams
+  const std::string random_stream;  ///< name of its random streams
   const OwnModels models;
   std::vector<std::unique_ptr<disturbance::Disturbance>> disturbances;
   tracking::ReceiverClock clock;

@@ -205,7 +205,7 @@ void visit(options::Visitor& v, ReceiverOptions& o) {
       {"own_draws", "",
        "random values that are independent of other receivers: true: noise, clock, phases and shadows; "
        "false: none, all receivers of a seed are equal; if omitted: all except shadows"},
-      o.own_draws);
+      o.independent_noise);
   static const std::string tracks =
       fmt::format("tracked signals: {}; if omitted: the signal near L1 of each satellite",
                   fmt::join(gnss::signal_names(true), ", "));

@@ -102,7 +102,7 @@ struct ReceiverOptions : positioning::RangeOptions {
   /// noise, clock and phases do; shadows and other disturbances do not, so that receivers get the same
   /// streets. True: shadows do as well, for antennas on different vehicles. False: nothing does, to compare
   /// receivers with different settings under the same noise.
-  options::Switch own_draws = true;
+  options::Switch independent_noise = true;
   NoiseOptions noise;
   FixNoiseOptions fix_noise;
   tracking::ClockOptions clock;

@@ -101,7 +101,7 @@ TEST(ReceiverShadowing, VehiclesWithDrawsOfTheirOwnMeetTheSameObstacles) {
   ReceiverOptions options = shadowed(0, 0, 0, 1);
   options.signal.shadowing.skyline.fraction = 0.5;
   options.signal.shadowing.skyline.height_m = 18;
-  options.own_draws = true;
+  options.independent_noise = true;
   int hidden = 0;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     options.name = "first";

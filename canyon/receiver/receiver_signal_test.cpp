@@ -42,10 +42,10 @@ TEST(ReceiverSignal, AnInstallationMovesAllSignalsAlike) {
   options.signal.installation = tracking::Installation::RoofWithSplitter;
   Receiver splitter(options, 1);
   options.signal.installation_sigma_db = 4;
-  Receiver drawn(options, 1), other_seed(options, 2);
+  Receiver sampled(options, 1), other_seed(options, 2);
   const ReceiverEpoch a = observe(nominal, four_systems(), kTime, views);
   const ReceiverEpoch b = observe(splitter, four_systems(), kTime, views);
-  const ReceiverEpoch c = observe(drawn, four_systems(), kTime, views);
+  const ReceiverEpoch c = observe(sampled, four_systems(), kTime, views);
   const ReceiverEpoch d = observe(other_seed, four_systems(), kTime, views);
   options.signal.installation_sigma_db = 0;
   options.signal.installation_db = -3.8;

@@ -381,7 +381,7 @@ TEST(Receiver, SameSeedSameNumbersWhateverRunsBeside) {
   Receiver a(options, 7), b(options, 7), other_seed(options, 8);
   options.name = "other";
   Receiver own(options, 7);
-  options.own_draws = false;
+  options.independent_noise = false;
   Receiver other_name(options, 7);
   for (int i = 0; i < 5; ++i) {
     const GpsTime time = kTime + 1.0 * i;

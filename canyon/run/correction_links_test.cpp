@@ -303,7 +303,7 @@ TEST(Corrections, OrderIsThatOfNeed) {
   const char* names[] = {"a", "b", "c", "d"};
   for (std::size_t i = 0; i < 4; ++i) {
     receivers[i].options.name = names[i];
-    receivers[i].options.own_draws = true;
+    receivers[i].options.independent_noise = true;
     receivers[i].fixed.emplace();
   }
   EXPECT_EQ(CorrectionLinks(receivers, 1).order({0, 1, 2, 3}), (std::vector<std::size_t>{0, 1, 2, 3}));

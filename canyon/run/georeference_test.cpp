@@ -31,14 +31,14 @@ TEST(Georeference, DrawsHaveTheirDeviations) {
   constexpr int kRuns = 1000;
   const Georeference georeference{3, radians(0.4)};
   const double deviation[3] = {3, 3, radians(0.4)};
-  Eigen::Matrix<double, kRuns, 3> draws;
+  Eigen::Matrix<double, kRuns, 3> samples;
   for (int seed = 0; seed < kRuns; ++seed) {
     const auto shift = draw_city_shift(georeference, static_cast<std::uint64_t>(seed));
     ASSERT_TRUE(shift);
-    draws.row(seed) << shift->east_m, shift->north_m, shift->heading_rad;
+    samples.row(seed) << shift->east_m, shift->north_m, shift->heading_rad;
   }
-  const Eigen::RowVector3d mean = draws.colwise().mean();
-  const Eigen::Matrix<double, kRuns, 3> centred = draws.rowwise() - mean;
+  const Eigen::RowVector3d mean = samples.colwise().mean();
+  const Eigen::Matrix<double, kRuns, 3> centred = samples.rowwise() - mean;
   const Eigen::Matrix3d covariance = centred.transpose() * centred / (kRuns - 1);
   for (int i = 0; i < 3; ++i) {
     EXPECT_LT(std::abs(mean(i)), 4 * deviation[i] / std::sqrt(kRuns)) << i;

@@ -192,9 +192,9 @@ void keep_about(city::City& city, const std::array<double, 4>& bbox_deg) {
 
 city::City draw_buildings(city::City city, const CityConfig& config, std::uint64_t seed) {
   const bool keep = config.facades.keeps_named(config.is<MapCity>());
-  const std::string drawn = city::dress_facades(city, config.facades, keep, seed);
+  const std::string sampled = city::dress_facades(city, config.facades, keep, seed);
   const std::string raised = city::raise_roofs(city, config.roofs_m, seed);
-  for (const std::string& each : {drawn, raised})
+  for (const std::string& each : {sampled, raised})
     if (!each.empty()) city.notes.add_line(ReadReport::Level::Remark, each);
   city.seed = seed;
   return city;
@@ -204,7 +204,8 @@ city::City draw_buildings(city::City city, const CityConfig& config, std::uint64
 
 city::City load_city_source(const CityConfig& config) {
   CityConfig source = config;
-  if (auto* map = source.as<MapCity>(); map && config.facades.drawn() && config.facades.keeps_named(true))
+  if (auto* map = source.as<MapCity>();
+      map && config.facades.is_sampled() && config.facades.keeps_named(true))
     map->build.untagged_facade = city::Material::Unknown;
   return std::move(read_city(source).city);
 }

@@ -84,15 +84,15 @@ std::optional<Distribution> map_of(const Scenario& scenario) {
 }
 
 /// An unknown of a scenario.
-struct Drawn {
+struct SampledUnknown {
   Unknown unknown;
   std::size_t receiver;  ///< index, of Level and Skyline
   std::string name;
   Distribution distribution;
 };
 
-std::vector<Drawn> all_of(const Scenario& scenario, const std::vector<Unknown>& known) {
-  std::vector<Drawn> all;
+std::vector<SampledUnknown> all_of(const Scenario& scenario, const std::vector<Unknown>& known) {
+  std::vector<SampledUnknown> all;
   const auto add = [&](Unknown unknown, std::size_t receiver, const std::string& of,
                        const std::optional<Distribution>& distribution) {
     const bool is_known = std::find(known.begin(), known.end(), unknown) != known.end();
@@ -110,9 +110,9 @@ std::vector<Drawn> all_of(const Scenario& scenario, const std::vector<Unknown>& 
   return all;
 }
 
-void set(const Drawn& drawn, double value, Scenario& scenario) {
-  tracking::SignalOptions& signal = scenario.receivers.at(drawn.receiver).options.signal;
-  switch (drawn.unknown) {
+void set(const SampledUnknown& sampled, double value, Scenario& scenario) {
+  tracking::SignalOptions& signal = scenario.receivers.at(sampled.receiver).options.signal;
+  switch (sampled.unknown) {
     case Unknown::Level:
       signal.installation_sigma_db = 0;
       signal.link.above_minimum_db =
@@ -174,20 +174,20 @@ std::vector<std::string_view> names() {
 
 std::vector<std::string> priors_of(const Scenario& scenario, const std::vector<Unknown>& known) {
   std::vector<std::string> texts;
-  for (const Drawn& each : all_of(scenario, known))
+  for (const SampledUnknown& each : all_of(scenario, known))
     texts.push_back(fmt::format("{}: {}", each.name, each.distribution.text));
   return texts;
 }
 
-Draws::Draws(std::uint64_t seed, std::size_t count, std::vector<Unknown> known)
+UnknownSamples::UnknownSamples(std::uint64_t seed, std::size_t count, std::vector<Unknown> known)
     : count_(count), known_(std::move(known)) {
   for (const std::string_view name : kNames)
     fractions_.push_back(draw_sample(RandomStream(seed, "unknown " + std::string(name)), count, true));
 }
 
-std::map<std::string, double> Draws::apply(std::size_t draw, Scenario& scenario) const {
+std::map<std::string, double> UnknownSamples::apply(std::size_t draw, Scenario& scenario) const {
   std::map<std::string, double> values;
-  for (const Drawn& each : all_of(scenario, known_)) {
+  for (const SampledUnknown& each : all_of(scenario, known_)) {
     const double value = each.distribution.at(fractions_.at(static_cast<std::size_t>(each.unknown)).at(draw));
     set(each, value, scenario);
     values[each.name] = value;

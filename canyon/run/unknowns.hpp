@@ -31,9 +31,9 @@ enum class Unknown : std::uint8_t { Level, Skyline, Facades, Map };
                                                  const std::vector<Unknown>& known = {});
 
 /// Samples of all unknowns: a Latin hypercube, the same for the same seed and count.
-class Draws {
+class UnknownSamples {
  public:
-  Draws(std::uint64_t seed, std::size_t count, std::vector<Unknown> known = {});
+  UnknownSamples(std::uint64_t seed, std::size_t count, std::vector<Unknown> known = {});
 
   [[nodiscard]] std::size_t size() const { return count_; }
   /// Sets the unknowns of a scenario to sample `draw` < size(). All receivers have the same quantile in their

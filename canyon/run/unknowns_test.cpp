@@ -49,17 +49,17 @@ TEST(Unknowns, DrawsFillTheirDistributions) {
   constexpr std::size_t kN = 20;
   const simulation::Scenario scenario = scenario_of("ublox-m8t");
   const double level_db = scenario.receivers.front().options.signal.link.above_minimum_db;
-  const Draws draws(7, kN), again(7, kN);
+  const UnknownSamples samples(7, kN), again(7, kN);
   std::set<int> levels, fractions;
   for (std::size_t k = 0; k < kN; ++k) {
-    simulation::Scenario drawn = scenario;
-    const auto values = draws.apply(k, drawn);
-    const tracking::SignalOptions& signal = drawn.receivers.front().options.signal;
+    simulation::Scenario sampled = scenario;
+    const auto values = samples.apply(k, sampled);
+    const tracking::SignalOptions& signal = sampled.receivers.front().options.signal;
     EXPECT_NEAR(signal.link.above_minimum_db, std::max(-10.0, level_db + values.at("level")), 1e-9);
     EXPECT_EQ(signal.shadowing.skyline.fraction, values.at("skyline"));
-    EXPECT_NEAR(drawn.city.facades.fractions.at("coated_glass"), values.at("facades"), 1e-12);
+    EXPECT_NEAR(sampled.city.facades.fractions.at("coated_glass"), values.at("facades"), 1e-12);
     double sum = 0;
-    for (const auto& [name, fraction] : drawn.city.facades.fractions) sum += fraction;
+    for (const auto& [name, fraction] : sampled.city.facades.fractions) sum += fraction;
     EXPECT_NEAR(sum, 1, 1e-12);
     levels.insert(static_cast<int>((values.at("level") + 10) / 16 * kN));
     fractions.insert(static_cast<int>(values.at("skyline") / 0.75 * kN));
@@ -79,11 +79,11 @@ TEST(Unknowns, StatedDeviationsAreUsed) {
               ::testing::Contains(std::string("level: normal, 1.5 dB about the installation's")));
   EXPECT_THAT(priors_of(scenario_of("ublox-m8t, signal: {installation_db: -3.8}")),
               ::testing::Contains(std::string("level: normal, 1 dB about the installation's")));
-  (void)Draws(1, 5).apply(0, scenario);
+  (void)UnknownSamples(1, 5).apply(0, scenario);
   EXPECT_EQ(scenario.receivers.front().options.signal.installation_sigma_db, 0);
   EXPECT_EQ(scenario.city.georeference.sigma_m, 3);
   scenario.city.georeference.sigma_m = 0.7;
-  (void)Draws(1, 5).apply(1, scenario);
+  (void)UnknownSamples(1, 5).apply(1, scenario);
   EXPECT_EQ(scenario.city.georeference.sigma_m, 0.7);
 }
 

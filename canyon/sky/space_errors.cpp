@@ -214,7 +214,7 @@ SpaceErrors::SpaceErrors(const SpaceErrorOptions& options, std::uint64_t seed,
   klobuchar_.insert(of_gps != klobuchar.end() ? *of_gps : *klobuchar.begin());
 }
 
-SpaceErrors SpaceErrors::drawn_by(std::uint64_t seed, std::span<const gnss::SatelliteId> satellites) const {
+SpaceErrors SpaceErrors::sampled_by(std::uint64_t seed, std::span<const gnss::SatelliteId> satellites) const {
   return {options_, seed, satellites, klobuchar_};
 }
 

@@ -129,7 +129,8 @@ class SpaceErrors {
               const std::map<gnss::System, gnss::Klobuchar>& klobuchar);
 
   /// The same budget sampled with another seed, for some of the satellites.
-  [[nodiscard]] SpaceErrors drawn_by(std::uint64_t seed, std::span<const gnss::SatelliteId> satellites) const;
+  [[nodiscard]] SpaceErrors sampled_by(std::uint64_t seed,
+                                       std::span<const gnss::SatelliteId> satellites) const;
 
   [[nodiscard]] const SpaceErrorOptions& options() const { return options_; }
   [[nodiscard]] bool has_ionosphere() const { return !klobuchar_.empty(); }

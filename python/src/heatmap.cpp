@@ -27,7 +27,7 @@ class Map {
   Map(const py::object& scenario, std::shared_ptr<simulation::CityScene> city, const py::object& box,
       double spacing_m, std::vector<double> altitudes_m, const std::string& altitude_kind,
       const py::object& times, const std::vector<std::string>& layers, const std::string& model,
-      const std::string& receiver, int draws, const std::string& receivers, double path_nodes_m,
+      const std::string& receiver, int sample_count, const std::string& receivers, double path_nodes_m,
       const py::dict& limits)
       : tree_(scenario_of(scenario)), scenario_(tree_->scenario), city_(std::move(city)) {
     inputs_.add(tree_->inputs);
@@ -45,7 +45,7 @@ class Map {
                           : times_of(times);
     warn_of(of_path);
     request_.layers = heatmap::layers_named({layers.begin(), layers.end()});
-    request_.draws = {draws, scenario_.seed};
+    request_.samples = {sample_count, scenario_.seed};
     request_.receivers = read_tree<heatmap::CellReceiverOptions>(
         tree_of(py::dict("model"_a = receivers, "path_nodes_m"_a = path_nodes_m)), "receivers of a map");
     request_.limits = read_tree<heatmap::LimitOptions>(tree_of(limits), "limits of a map");

@@ -113,8 +113,9 @@ class Recorded {
     d.receiver = scenario_.receivers.front();
     d.systems = scenario_.sky.systems;
     d.seed = scenario_.seed;
-    d.facades = calibration::open_facades(
-        scenario_, [this](const simulation::Scenario& drawn) { return redrawn_.draw(scene_.sky, drawn); });
+    d.facades = calibration::open_facades(scenario_, [this](const simulation::Scenario& sampled) {
+      return redrawn_.draw(scene_.sky, sampled);
+    });
     return d;
   }
 

@@ -132,9 +132,9 @@ double mask_below_a_satellite(Dice& dice, const orbit::Sky& sky, geodesy::GpsTim
 
 Case draw_case(int number, const std::filesystem::path& folder) {
   Dice dice(kSeed, number);
-  Case drawn;
-  simulation::Scenario& scenario = drawn.scenario;
-  heatmap::Request& request = drawn.request;
+  Case sampled;
+  simulation::Scenario& scenario = sampled.scenario;
+  heatmap::Request& request = sampled.request;
   city::SyntheticCityOptions city;
   city.blocks_east = dice.whole(1, 3);
   city.blocks_north = dice.whole(1, 3);
@@ -148,22 +148,22 @@ Case draw_case(int number, const std::filesystem::path& folder) {
   scenario.city.origin = city.origin;
 
   constexpr auto kBegin = geodesy::GpsTime::from_nanoseconds(2400 * geodesy::GpsTime::kNanosecondsPerWeek);
-  drawn.time = kBegin + std::chrono::seconds(dice.whole(0, 700'000));
-  scenario.start = drawn.time;
+  sampled.time = kBegin + std::chrono::seconds(dice.whole(0, 700'000));
+  scenario.start = sampled.time;
   scenario.duration_s = 0;
   scenario.rate_hz = 1;
   // The seed of a map's first sample.
   scenario.seed =
-      RandomStream(request.draws.seed, fmt::format("heatmap/{}/0", drawn.time.nanoseconds())).next();
+      RandomStream(request.samples.seed, fmt::format("heatmap/{}/0", sampled.time.nanoseconds())).next();
   std::set<System> systems{System::GPS};
   for (const System system : {System::GLONASS, System::Galileo, System::BeiDou}) {
     if (dice.chance(0.4)) systems.insert(system);
   }
-  drawn.navigation = orbit::nominal_constellation(drawn.time - 1.0, drawn.time + 1.0, systems);
+  sampled.navigation = orbit::nominal_constellation(sampled.time - 1.0, sampled.time + 1.0, systems);
   // RTKLIB's default set (ionmodel, rtkcmn.c).
-  drawn.navigation.klobuchar[System::GPS] = {{0.1118e-07, -0.7451e-08, -0.5961e-07, 0.1192e-06},
-                                             {0.1167e+06, -0.2294e+06, -0.1311e+06, 0.1049e+07}};
-  rinex::write_rinex_navigation(folder / "sky.rnx", drawn.navigation);
+  sampled.navigation.klobuchar[System::GPS] = {{0.1118e-07, -0.7451e-08, -0.5961e-07, 0.1192e-06},
+                                               {0.1167e+06, -0.2294e+06, -0.1311e+06, 0.1049e+07}};
+  rinex::write_rinex_navigation(folder / "sky.rnx", sampled.navigation);
   scenario.sky.navigation = {folder / "sky.rnx"};
   scenario.sky.systems = systems;
   scenario.sky.errors.enabled = false;
@@ -175,9 +175,9 @@ Case draw_case(int number, const std::filesystem::path& folder) {
                                          south_m + across * spacing_m, spacing_m);
   request.grid.tile_size = dice.one_of({1U, 2U, across});
   request.altitudes_m = {dice.between(1, 20)};
-  request.times = {drawn.time};
+  request.times = {sampled.time};
   request.layers = kLayers;
-  request.draws.draws = 1;
+  request.samples.samples = 1;
   request.receivers.model = heatmap::ReceiverModel::Run;  // steady states have their own bounds and tests
 
   scenario.receivers.resize(1);
@@ -193,20 +193,20 @@ Case draw_case(int number, const std::filesystem::path& folder) {
     // The map uses satellites above the mask at the tile's centre. At a fix 1 km off, up is rotated by 2e-4
     // rad.
     const double margin_rad = 2.5e-4 + 3e-5 * std::pow(dice.between(0, 1), 2);
-    const simulation::BuiltSky sky =
-        simulation::build_sky(scenario.sky, drawn.time, drawn.time, scenario.trajectory.waypoints.front());
+    const simulation::BuiltSky sky = simulation::build_sky(scenario.sky, sampled.time, sampled.time,
+                                                           scenario.trajectory.waypoints.front());
     receiver.options.fix.elevation_mask_rad =
-        mask_below_a_satellite(dice, *sky.sky, drawn.time, frame.ecef_from_local(point), margin_rad,
+        mask_below_a_satellite(dice, *sky.sky, sampled.time, frame.ecef_from_local(point), margin_rad,
                                receiver.options.fix.elevation_mask_rad);
   }
-  return drawn;
+  return sampled;
 }
 
-std::string words(const Case& drawn) {
-  const receiver::ReceiverOptions& o = drawn.scenario.receivers.front().options;
-  const propagation::PropagationOptions& p = drawn.scenario.receivers.front().propagation;
+std::string words(const Case& sampled) {
+  const receiver::ReceiverOptions& o = sampled.scenario.receivers.front().options;
+  const propagation::PropagationOptions& p = sampled.scenario.receivers.front().propagation;
   std::string systems;
-  for (const System system : drawn.scenario.sky.systems) systems += std::string(gnss::name(system)) + " ";
+  for (const System system : sampled.scenario.sky.systems) systems += std::string(gnss::name(system)) + " ";
   return fmt::format(
       "{}mask {:.7f} deg, weights {}, at least {} satellites, at most {} iterations, convergence {:.1e} m, "
       "PDOP to {:.3g}, signal with ionosphere {} troposphere {}, corrected {} {}, noise {}, drift {}, RAIM "
@@ -218,23 +218,23 @@ std::string words(const Case& drawn) {
       o.troposphere, o.fix.correct_ionosphere, o.fix.correct_troposphere, o.noise.enabled,
       o.noise.drift_enabled, o.fix.raim.enabled, o.signal.enabled, o.fix.cn0_mask_dbhz,
       p.model == propagation::Model::Mirror ? "mirror" : "specular", p.reflection_order, p.ground_reflection,
-      p.diffraction, p.diffuse, p.max_range_m, drawn.scenario.city.as<city::SyntheticCityOptions>()->seed,
-      drawn.scenario.city.origin->height_m, drawn.request.grid.tile_size, drawn.request.grid.spacing_m,
-      drawn.request.altitudes_m.front());
+      p.diffraction, p.diffuse, p.max_range_m, sampled.scenario.city.as<city::SyntheticCityOptions>()->seed,
+      sampled.scenario.city.origin->height_m, sampled.request.grid.tile_size, sampled.request.grid.spacing_m,
+      sampled.request.altitudes_m.front());
 }
 
 /// A receiver for each cell, all of one scenario: antennas relative to the single position of its trajectory.
-simulation::Simulation receivers_at_cells(const Case& drawn, const geodesy::LocalFrame& frame,
+simulation::Simulation receivers_at_cells(const Case& sampled, const geodesy::LocalFrame& frame,
                                           city::City city) {
-  simulation::Scenario scenario = drawn.scenario;
+  simulation::Scenario scenario = sampled.scenario;
   const simulation::ReceiverConfig one = scenario.receivers.front();
   scenario.receivers.clear();
   const geodesy::Geodetic& mast = scenario.trajectory.waypoints.front();
-  const heatmap::Grid& grid = drawn.request.grid;
+  const heatmap::Grid& grid = sampled.request.grid;
   for (std::uint32_t row = 0; row < grid.rows; ++row) {
     for (std::uint32_t column = 0; column < grid.columns; ++column) {
       const Eigen::Vector2d centre = grid.centre(column, row);
-      const Vector3d point(centre.x(), centre.y(), drawn.request.altitudes_m.front());
+      const Vector3d point(centre.x(), centre.y(), sampled.request.altitudes_m.front());
       simulation::ReceiverConfig receiver = one;
       receiver.lever_arm_m = geodesy::enu_from_ecef_rotation(mast) *
                              (frame.ecef_from_local(point) - geodesy::ecef_from_geodetic(mast));
@@ -380,18 +380,18 @@ std::string difference(const Result& map, const Result& receiver, const receiver
 }
 
 void judge_case(int number, const std::filesystem::path& folder, Count& count) {
-  const Case drawn = draw_case(number, folder);
-  const simulation::ReceiverConfig& receiver = drawn.scenario.receivers.front();
-  city::City city = city::synthetic_city(*drawn.scenario.city.as<city::SyntheticCityOptions>());
+  const Case sampled = draw_case(number, folder);
+  const simulation::ReceiverConfig& receiver = sampled.scenario.receivers.front();
+  city::City city = city::synthetic_city(*sampled.scenario.city.as<city::SyntheticCityOptions>());
   const geodesy::LocalFrame frame = city.frame;
-  const simulation::Simulation simulation = receivers_at_cells(drawn, frame, std::move(city));
+  const simulation::Simulation simulation = receivers_at_cells(sampled, frame, std::move(city));
   test::Recorder recorder;
   simulation.run({&recorder});
-  const heatmap::Heatmap map(simulation.environment(), receiver, drawn.request, "property");
+  const heatmap::Heatmap map(simulation.environment(), receiver, sampled.request, "property");
   count.by_receivers += heatmap::cell_method(receiver) == heatmap::CellMethod::Shared ? 0 : 1;
 
   std::vector<std::string> problems;
-  const heatmap::Grid& grid = drawn.request.grid;
+  const heatmap::Grid& grid = sampled.request.grid;
   for (std::size_t u = 0; u < map.unit_count(); ++u) {
     const heatmap::Tile tile = map.unit(u).tile;
     const heatmap::TileValues values = map.compute(u);
@@ -405,8 +405,8 @@ void judge_case(int number, const std::filesystem::path& folder, Count& count) {
       const std::string problem = difference(mapped, expected, receiver.options, count);
       if (problem.empty()) continue;
       const Eigen::Vector2d centre = grid.centre(column, row);
-      if (at_an_edge(simulation.environment(), receiver.propagation, drawn.time,
-                     {centre.x(), centre.y(), drawn.request.altitudes_m.front()})) {
+      if (at_an_edge(simulation.environment(), receiver.propagation, sampled.time,
+                     {centre.x(), centre.y(), sampled.request.altitudes_m.front()})) {
         ++count.at_edges;
         continue;
       }
@@ -417,7 +417,7 @@ void judge_case(int number, const std::filesystem::path& folder, Count& count) {
   if (problems.empty()) return;
   ++count.cases_failed;
   problems.resize(std::min<std::size_t>(problems.size(), 3));
-  ADD_FAILURE() << "case " << number << " of seed " << kSeed << ": " << words(drawn)
+  ADD_FAILURE() << "case " << number << " of seed " << kSeed << ": " << words(sampled)
                 << fmt::format("{}", fmt::join(problems, ""));
 }
 

@@ -186,7 +186,7 @@ propagation: {ground_reflection: false, diffuse: {enabled: false}}
 }
 
 // Receivers that differ in a setting have the same noise realization; own_draws makes it independent.
-TEST(Draws, AreOfSeedAndSatelliteUnlessAskedOtherwise) {
+TEST(Samples, AreOfSeedAndSatelliteUnlessAskedOtherwise) {
   const auto receivers = run(R"(
 city: {synthetic: {blocks_east: 4, blocks_north: 4, seed: 5}}
 sky: {nominal: true, systems: [GPS]}

@@ -34,17 +34,17 @@ inline std::optional<validation::Interval> bootstrap_interval(
   if (n == 0) return std::nullopt;
   const std::size_t block = std::min(options.block, n);
   RandomStream random(options.seed, "bootstrap");
-  std::vector<std::size_t> drawn(n);
+  std::vector<std::size_t> sampled(n);
   std::vector<double> values;
   for (int r = 0; r < options.resamples; ++r) {
     for (std::size_t i = 0; i < n;) {
       auto at = static_cast<std::size_t>(random.uniform() * static_cast<double>(n));
       for (std::size_t k = 0; k < block && i < n; ++k, ++i) {
-        drawn[i] = at;
+        sampled[i] = at;
         at = at + 1 < n ? at + 1 : 0;
       }
     }
-    if (const auto value = statistic(drawn)) values.push_back(*value);
+    if (const auto value = statistic(sampled)) values.push_back(*value);
   }
   if (2 * values.size() <= static_cast<std::size_t>(options.resamples)) return std::nullopt;
   const double tail = (1 - options.confidence) / 2;

@@ -52,7 +52,7 @@ shadowing: {skyline: {share: 0}}
 )",
                                                                folder_ / "scenario.yaml");
     if (change) change(scenario.receivers.front());
-    scenario.receivers.front().options.own_draws = false;
+    scenario.receivers.front().options.independent_noise = false;
     const city::City map = city::synthetic_city(*scenario.city.as<city::SyntheticCityOptions>());
     city::City truth = dressed(map, facades, 1);
     const Eigen::Rotation2Dd rotation(moved.heading_rad);

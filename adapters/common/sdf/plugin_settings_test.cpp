@@ -363,7 +363,7 @@ TEST(HostSettings, ABaseStandsInTheWorld) {
   ASSERT_NE(live.base(), nullptr);
   EXPECT_EQ(live.base()->options.name, "base");
   EXPECT_EQ(*live.base()->fixed->local_m, Eigen::Vector3d(400, -20, 12));
-  EXPECT_TRUE(live.base()->options.own_draws);
+  EXPECT_TRUE(live.base()->options.independent_noise);
   EXPECT_EQ(live.receiver().options.corrections.from, "base");
 }
 

@@ -82,7 +82,7 @@ void draw_on(cairo_surface_t* surface, double scale, double width, double height
 }
 
 /// Paper of this size [px] with the drawing of `draw`.
-Surface drawn(int width_px, int height_px, double scale, const std::function<void(Canvas&)>& draw) {
+Surface rendered(int width_px, int height_px, double scale, const std::function<void(Canvas&)>& draw) {
   Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width_px, height_px));
   draw_on(surface.get(), scale, width_px / scale, height_px / scale, draw);
   cairo_surface_flush(surface.get());
@@ -232,7 +232,7 @@ void Canvas::clipped(const Rect& r, const std::function<void()>& draw) {
 }
 
 std::string render_png(int width_px, int height_px, double scale, const std::function<void(Canvas&)>& draw) {
-  const Surface surface = drawn(width_px, height_px, scale, draw);
+  const Surface surface = rendered(width_px, height_px, scale, draw);
   // Converts pixels in place to packed red, green, blue bytes.
   unsigned char* const rgb = cairo_image_surface_get_data(surface.get());
   unsigned char* end = rgb;
@@ -264,7 +264,7 @@ std::string render_png(int width_px, int height_px, double scale, const std::fun
 }
 
 RgbImage render_pixels(int width_px, int height_px, double scale, const std::function<void(Canvas&)>& draw) {
-  const Surface surface = drawn(width_px, height_px, scale, draw);
+  const Surface surface = rendered(width_px, height_px, scale, draw);
   const auto width = static_cast<std::size_t>(width_px);
   RgbImage image{width_px, height_px,
                  std::vector<std::uint32_t>(width * static_cast<std::size_t>(height_px))};

@@ -239,11 +239,11 @@ struct WorldScene::Impl {
     }
     std::string summary =
         city::dress_facades(city, options.facades, options.facades.keeps_named(false), options.seed);
-    auto drawn = city.mesh.materials.cbegin();
+    auto sampled = city.mesh.materials.cbegin();
     for (city::Mesh* part : parts) {
-      const auto end = drawn + static_cast<std::ptrdiff_t>(part->materials.size());
-      part->materials.assign(drawn, end);
-      drawn = end;
+      const auto end = sampled + static_cast<std::ptrdiff_t>(part->materials.size());
+      part->materials.assign(sampled, end);
+      sampled = end;
     }
     return summary;
   }

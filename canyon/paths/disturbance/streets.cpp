@@ -126,8 +126,8 @@ void Street::fill(const Frame& frame, const Row& row, std::vector<Body>& bodies)
 void Street::lanes(const Frame& frame, std::vector<Body>& bodies) const {
   const auto vehicle = [](const Street& street, std::uint64_t draw, Body& body) {
     const auto& fractions = street.numbers_.weights;
-    const auto drawn = std::upper_bound(fractions.begin(), fractions.end() - 1, unit(draw));
-    const VehicleClass& kind = vehicle_classes()[static_cast<std::size_t>(drawn - fractions.begin())];
+    const auto sampled = std::upper_bound(fractions.begin(), fractions.end() - 1, unit(draw));
+    const VehicleClass& kind = vehicle_classes()[static_cast<std::size_t>(sampled - fractions.begin())];
     body.half_length_m = kind.length_m / 2;
     body.half_width_m = kind.width_m / 2;
     body.top_m = kind.height_m;

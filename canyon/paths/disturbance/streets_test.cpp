@@ -75,10 +75,10 @@ TEST(Street, HasTheDensityAndTheMixThatAreAskedFor) {
   options.vehicles_per_km = 30;
   options.lanes = 2;
   std::map<double, int> lengths;
-  int count = 0, draws = 0;
+  int count = 0, sample_count = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Street street(options, seed);
-    for (int k = 0; k < 100; ++k, ++draws) {
+    for (int k = 0; k < 100; ++k, ++sample_count) {
       for (const Body& body : bodies(street, kStart + 977.0 * k)) {
         ++count;
         ++lengths[2 * body.half_length_m];
@@ -87,7 +87,7 @@ TEST(Street, HasTheDensityAndTheMixThatAreAskedFor) {
   }
   // An antenna at rest keeps its own lane free: three lanes over 100 m. About 6.6 slots of each are occupied
   // with a probability of 0.45: the deviation of a sample is 2.2, of the mean of 2,000 0.05 vehicles, 0.6 %.
-  const double expected = 3 * 30 * 0.1 * draws;
+  const double expected = 3 * 30 * 0.1 * sample_count;
   EXPECT_NEAR(count, expected, 0.025 * expected);
   // Cars have 4.5 m, 60 % of East Asia's vehicles; double-deckers and buses 12 m, 11 %.
   EXPECT_NEAR(lengths[4.5] / static_cast<double>(count), 0.60, 0.03);
@@ -103,10 +103,10 @@ TEST(Street, BlocksADirectionSquareToTheRoadForTheShareOfItsVehiclesLength) {
   options.lanes = 1;
   options.vehicles_per_km = 25;
   options.antenna_height_m = 1.6;
-  int blocked = 0, draws = 0;
+  int blocked = 0, sample_count = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     const Street street(options, seed);
-    for (int k = 0; k < 100; ++k, ++draws) {
+    for (int k = 0; k < 100; ++k, ++sample_count) {
       const Vector3d antenna(0, 0, 1.6);
       // The road is eastwards, vehicles drive on the right: the oncoming lane is to the north, its near side
       // 2 m away and 1.4 m higher than the antenna, 35 deg.
@@ -120,7 +120,7 @@ TEST(Street, BlocksADirectionSquareToTheRoadForTheShareOfItsVehiclesLength) {
     }
   }
   // A binomial deviation of 4000 samples is 0.0074.
-  EXPECT_NEAR(blocked / static_cast<double>(draws), 0.025 * 13, 4 * 0.0074);
+  EXPECT_NEAR(blocked / static_cast<double>(sample_count), 0.025 * 13, 4 * 0.0074);
 }
 
 TEST(Street, MovesBodiesSteadilyAndStopsThemAtRedLights) {

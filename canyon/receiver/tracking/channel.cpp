@@ -52,19 +52,20 @@ double remembered(SpectrumValues& known, const propagation::Spectrum& spectrum, 
 }
 
 /// Name of a signal's random streams: for the one near L1 only the satellite's.
-std::string draws_of(gnss::SatelliteId id, const gnss::Signal& signal) {
+std::string stream_name(gnss::SatelliteId id, const gnss::Signal& signal) {
   return gnss::index_of(signal) == 0 ? gnss::to_string(id)
                                      : fmt::format("{}/{}", gnss::to_string(id), signal.name);
 }
 
 }  // namespace
 
-ChannelModel::ChannelModel(SignalOptions options, std::uint64_t seed, std::string receiver, std::string draws)
+ChannelModel::ChannelModel(SignalOptions options, std::uint64_t seed, std::string receiver,
+                           std::string stream_name)
     : options_(std::move(options)),
       seed_(seed),
       receiver_(std::move(receiver)),
-      draws_(std::move(draws)),
-      phases_(seed_, draws_) {
+      stream_name_(std::move(stream_name)),
+      phases_(seed_, stream_name_) {
   options_.validate();
   noise_dbw_per_hz_ = signal::noise_density_dbw_per_hz(options_.link);
   compression_hz_ = std::pow(10, (options_.front_end_compression_dbm - 30 - noise_dbw_per_hz_) / 10);
@@ -169,11 +170,11 @@ ChannelModel::FrontEndLoad ChannelModel::front_end_load(const gnss::Signal& sign
 
 RandomStream ChannelModel::stream(gnss::SatelliteId id, const gnss::Signal& signal,
                                   std::string_view purpose) const {
-  return {seed_, fmt::format("{}/{}/{}", draws_, draws_of(id, signal), purpose)};
+  return {seed_, fmt::format("{}/{}/{}", stream_name_, stream_name(id, signal), purpose)};
 }
 
 PathFades ChannelModel::fades(gnss::SatelliteId id, const gnss::Signal& signal) const {
-  return {draws_of(id, signal), stream(id, signal, "diffuse")};
+  return {stream_name(id, signal), stream(id, signal, "diffuse")};
 }
 
 Channel::Channel(ChannelModel& model, gnss::SatelliteId id, const gnss::Signal& signal,

@@ -42,7 +42,7 @@ class ChannelModel {
 
   /// Throws InputError if options.validate() does.
   /// @param receiver its name in messages; @param draws name of its random streams
-  ChannelModel(SignalOptions options, std::uint64_t seed, std::string receiver, std::string draws = {});
+  ChannelModel(SignalOptions options, std::uint64_t seed, std::string receiver, std::string stream_name = {});
 
   [[nodiscard]] const SignalOptions& options() const { return options_; }
   [[nodiscard]] const PathPhases& phases() const { return phases_; }
@@ -91,7 +91,7 @@ class ChannelModel {
   double noise_dbw_per_hz_ = 0;
   double compression_hz_ = 0;  // SignalOptions::front_end_compression_dbm over the noise's density
   std::uint64_t seed_;
-  std::string receiver_, draws_;
+  std::string receiver_, stream_name_;
   PathPhases phases_;
   std::map<const gnss::Signal*, SpectrumValues> spectra_;  // within the front end, cached
   std::array<std::array<std::unique_ptr<Kind>, gnss::kMostSignals>, gnss::kSystemCount> kinds_;

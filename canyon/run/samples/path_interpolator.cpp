@@ -40,7 +40,7 @@ struct Source {
     double cycles = 0;
   };
   std::map<std::uint64_t, Bundle> bundles;
-  std::size_t drawn = 0;
+  std::size_t sampled = 0;
   bool without_message = false;
 };
 
@@ -116,7 +116,7 @@ class Interpolator final : public PathInterpolator {
         klobuchar(coefficients),
         front_end(of_samples),
         made_hz(rate_hz),
-        model(options.signal, seed, options.name, receiver::draws_of(options)),
+        model(options.signal, seed, options.name, receiver::stream_name(options)),
         run_key(RandomStream(seed, options.name + "/samples").next()) {
     options.validate();
     if (options.signal.enabled) return;
@@ -343,7 +343,7 @@ class Interpolator final : public PathInterpolator {
             InterpolatedPath& interpolated) {
     auto found = source.bundles.find(path.reflector);
     if (found == source.bundles.end()) {
-      RandomStream stream(run_key, fmt::format("{}/{}", source.name, ++source.drawn));
+      RandomStream stream(run_key, fmt::format("{}/{}", source.name, ++source.sampled));
       const double re = stream.normal(), im = stream.normal();
       found =
           source.bundles.emplace(path.reflector, Source::Bundle{stream, Complex(re, im) * std::sqrt(0.5), 0})
@@ -353,12 +353,12 @@ class Interpolator final : public PathInterpolator {
     const auto count = static_cast<std::size_t>(std::ceil(length_s / kBlock_s)) + 1;
     const double shift_hz = before != nullptr ? (path.shift_hz + before->shift_hz) / 2 : path.shift_hz;
     const double kept = std::exp(-path.decay_per_s * kBlock_s);
-    const double drawn = std::sqrt((1 - kept * kept) / 2);
+    const double sampled = std::sqrt((1 - kept * kept) / 2);
     interpolated.fading.reserve(count);
     for (std::size_t i = 0; i < count; ++i) {
       interpolated.fading.emplace_back(bundle.value * std::polar(1.0, kTwoPi * bundle.cycles));
       const double re = bundle.stream.normal(), im = bundle.stream.normal();
-      bundle.value = kept * bundle.value + drawn * Complex(re, im);
+      bundle.value = kept * bundle.value + sampled * Complex(re, im);
       bundle.cycles = std::remainder(bundle.cycles + shift_hz * kBlock_s, 1);
     }
   }

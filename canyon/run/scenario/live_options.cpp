@@ -123,7 +123,7 @@ void visit(options::Visitor& v, RunningConfig& config) {
     const ReceiverConfig before = receiver;
     visit_profile(v, receiver);
     receiver.options.name = before.options.name;
-    receiver.options.own_draws = before.options.own_draws;
+    receiver.options.independent_noise = before.options.independent_noise;
     receiver.options.corrections.from = before.options.corrections.from;
     receiver.options.signal.shadowing = before.options.signal.shadowing;
     receiver.streets = before.streets;
@@ -154,7 +154,7 @@ void visit_base(options::Visitor& v, LiveConfig& config) {
     if (v.reads()) v.require("fixed", "give its position: fixed: {east_m: ..., north_m: ..., up_m: ...}");
     visit_fixed(v, base.fixed, of_host);
     if (!v.reads()) return;
-    base.options.own_draws = true;
+    base.options.independent_noise = true;
     config.receivers.resize(1);
     config.receivers.push_back(base);
     if (base.options.name == config.receiver().options.name)
@@ -195,7 +195,7 @@ void visit(options::Visitor& v, LiveConfig& config) {
   ReceiverConfig& receiver = config.receiver();
   visit_name_and_profile(v, receiver, false);
   // A host's receivers may be on several vehicles with different errors.
-  if (v.reads() || v.describes()) receiver.options.own_draws = true;
+  if (v.reads() || v.describes()) receiver.options.independent_noise = true;
   if (v.describes()) receiver.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Auto;
   disturbance::visit_environment(v, "surroundings", receiver.options.signal.shadowing.environment);
   visit(v, receiver);

@@ -130,8 +130,8 @@ TEST(Profile, ReceiversWithoutOneAreACommonModule) {
     EXPECT_EQ(named(parse_scenario(kScene + receivers, "s.yaml").receivers.front()), module) << receivers;
   }
   LiveConfig live = parse_live_config("seed: 1\n", "host");
-  EXPECT_TRUE(live.receiver().options.own_draws);  // several vehicles
-  live.receiver().options.own_draws = receiver::ReceiverOptions{}.own_draws;
+  EXPECT_TRUE(live.receiver().options.independent_noise);  // several vehicles
+  live.receiver().options.independent_noise = receiver::ReceiverOptions{}.independent_noise;
   EXPECT_EQ(named(live.receiver()), module);
   EXPECT_NE(named(parse_scenario(kScene + "receivers: [{profile: ideal}]\n", "s.yaml").receivers.front()),
             module);

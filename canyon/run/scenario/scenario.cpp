@@ -150,7 +150,7 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
            "give that receiver fixed: {latitude_deg: ..., longitude_deg: ...}, or this one rtk: true for the "
            "heading of two antennas");
   }
-  if (!options.own_draws && !receivers[*base].options.own_draws) {
+  if (!options.independent_noise && !receivers[*base].options.independent_noise) {
     refuse("and both have the same noise, which would vanish in the difference",
            "remove own_draws: false from one of them");
   }

@@ -21,7 +21,7 @@
 namespace canyon::calibration {
 namespace {
 
-using Draws = std::vector<std::vector<std::uint16_t>>;
+using Resamples = std::vector<std::vector<std::uint16_t>>;
 
 /// Length of the bootstrap's blocks of time [s], and number of resamples.
 constexpr double kBlock_s = 60;
@@ -68,7 +68,7 @@ Calibration calibrate(const std::vector<Drive>& drives, const CalibrateOptions& 
   std::vector<Observed> recorded;
   std::vector<std::set<gnss::System>> skies;
   std::vector<FitDrive> fit_drives;
-  Draws draws(kResamples);
+  Resamples samples(kResamples);
   for (const Drive& drive : drives) {
     validation::CompareOptions compare;
     compare.threads = options.threads;
@@ -86,16 +86,16 @@ Calibration calibrate(const std::vector<Drive>& drives, const CalibrateOptions& 
       fit.leave_out.insert(s.id);
     // Blocks of all drives, concatenated.
     const std::vector<geodesy::GpsTime>& times = recorded.back().times;
-    const Draws own = validation::draws_in_time(times, kBlock_s, kResamples, drive.seed);
-    for (std::size_t k = 0; k < draws.size(); ++k)
-      draws[k].insert(draws[k].end(), own[k].begin(), own[k].end());
+    const Resamples own = validation::time_block_bootstrap(times, kBlock_s, kResamples, drive.seed);
+    for (std::size_t k = 0; k < samples.size(); ++k)
+      samples[k].insert(samples[k].end(), own[k].begin(), own[k].end());
   }
 
   Calibration result;
   add_tracked(recorded, skies, receiver, result);
   add_step(recorded, receiver, result);
-  add_phase_threshold(recorded, receiver, draws, result);
-  add_lock_thresholds(recorded, receiver, draws, result);
+  add_phase_threshold(recorded, receiver, samples, result);
+  add_lock_thresholds(recorded, receiver, samples, result);
   add_likelihood_fit(fit_drives, options, result);
   add_unidentifiable(values_of(receiver), result);
   return result;

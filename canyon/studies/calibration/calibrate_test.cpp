@@ -32,7 +32,7 @@ void plain_receiver(simulation::ReceiverConfig& receiver) {
   receiver.propagation.diffuse = false;  // its fading looks like short shadows
   receiver.options.signal.offset_db.clear();
   receiver.options.signal.cn0_averaging_s = 0;  // a mean does not show the threshold
-  receiver.options.own_draws = false;
+  receiver.options.independent_noise = false;
 }
 
 /// @param base the profile to calibrate

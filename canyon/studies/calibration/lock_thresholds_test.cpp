@@ -38,11 +38,11 @@ Calibration thresholds_of(const Observed& recorded, double tracking = 10, double
   simulation::ReceiverConfig receiver;
   receiver.options.signal.lock.tracking_threshold_dbhz = tracking;
   receiver.options.signal.lock.acquisition_threshold_dbhz = acquisition;
-  const std::vector<std::vector<std::uint16_t>> draws(3,
-                                                      std::vector<std::uint16_t>(recorded.times.size(), 1));
+  const std::vector<std::vector<std::uint16_t>> sample_count(
+      3, std::vector<std::uint16_t>(recorded.times.size(), 1));
   Calibration result;
   const std::vector<Observed> all{recorded};
-  add_lock_thresholds(all, receiver, draws, result);
+  add_lock_thresholds(all, receiver, sample_count, result);
   return result;
 }
 

@@ -7,22 +7,22 @@ namespace canyon::calibration {
 namespace {
 
 TEST(OpenFacades, CitiesAreDrawnWithTheirShareOfCoatedGlass) {
-  std::vector<double> drawn;
-  const auto draw = [&drawn](const simulation::Scenario& scenario) {
-    drawn.push_back(scenario.city.facades.fractions.at("coated_glass"));
+  std::vector<double> sampled;
+  const auto draw = [&sampled](const simulation::Scenario& scenario) {
+    sampled.push_back(scenario.city.facades.fractions.at("coated_glass"));
     return std::unique_ptr<simulation::Environment>();
   };
   simulation::Scenario of_mesh;
   of_mesh.city.source = simulation::MeshCity{};
   const std::vector<Facades> facades = open_facades(of_mesh, draw);
   ASSERT_EQ(facades.size(), 3U);
-  EXPECT_THAT(drawn, testing::IsEmpty()) << "before they are needed";
+  EXPECT_THAT(sampled, testing::IsEmpty()) << "before they are needed";
   for (const Facades& each : facades) {
     (void)each.make();
-    EXPECT_NEAR(drawn.back(), each.coated_glass, 1e-12);
+    EXPECT_NEAR(sampled.back(), each.coated_glass, 1e-12);
   }
-  EXPECT_THAT(drawn, testing::ElementsAre(testing::DoubleNear(0, 1e-12), testing::DoubleNear(0.35, 1e-12),
-                                          testing::DoubleNear(0.7, 1e-12)));
+  EXPECT_THAT(sampled, testing::ElementsAre(testing::DoubleNear(0, 1e-12), testing::DoubleNear(0.35, 1e-12),
+                                            testing::DoubleNear(0.7, 1e-12)));
 }
 
 TEST(OpenFacades, NoneWhereTheScenarioStatesThem) {

@@ -166,19 +166,19 @@ std::vector<double> cn0_of(const std::vector<ReportedCn0>& all) {
 
 /// A quantile of reported C/N0, with its bootstrap interval.
 Estimate threshold_of(const std::vector<ReportedCn0>& all, double fraction, const char* key, double before,
-                      std::span<const std::vector<std::uint16_t>> draws) {
+                      std::span<const std::vector<std::uint16_t>> sample_count) {
   Estimate estimate{key, "dB-Hz", options::show(before)};
   const auto value = quantile(cn0_of(all), fraction);
   if (!value) return estimate;
-  std::vector<double> drawn;
-  for (const auto& weights : draws) {
+  std::vector<double> sampled;
+  for (const auto& weights : sample_count) {
     std::vector<double> values;
     for (const ReportedCn0& s : all) values.insert(values.end(), weights[s.epoch], s.cn0_dbhz);
-    if (const auto of_draw = quantile(values, fraction)) drawn.push_back(*of_draw);
+    if (const auto of_draw = quantile(values, fraction)) sampled.push_back(*of_draw);
   }
   constexpr double kHalfStep = 0.5;  // reported C/N0 are steps of a decibel
-  judge(estimate, before, *value, quantile(drawn, 0.025).value_or(*value) - kHalfStep,
-        quantile(drawn, 0.975).value_or(*value) + kHalfStep, kHalfStep);
+  judge(estimate, before, *value, quantile(sampled, 0.025).value_or(*value) - kHalfStep,
+        quantile(sampled, 0.975).value_or(*value) + kHalfStep, kHalfStep);
   return estimate;
 }
 
@@ -269,7 +269,7 @@ void add_step(std::span<const Observed> recorded, const simulation::ReceiverConf
 }
 
 void add_phase_threshold(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
-                         std::span<const std::vector<std::uint16_t>> draws, Calibration& result) {
+                         std::span<const std::vector<std::uint16_t>> sample_count, Calibration& result) {
   struct Item {
     double cn0_dbhz = 0;
     bool phase = false;
@@ -312,14 +312,14 @@ void add_phase_threshold(std::span<const Observed> recorded, const simulation::R
     return std::pair(best, fewest);
   };
   const auto [value, wrong] = threshold([](const Item&) { return 1L; });
-  std::vector<double> drawn;
-  for (const auto& weights : draws) {
-    drawn.push_back(
+  std::vector<double> sampled;
+  for (const auto& weights : sample_count) {
+    sampled.push_back(
         threshold([&](const Item& item) { return static_cast<long>(weights[item.epoch]); }).first);
   }
   const double half_step = std::max(0.5 * receiver.options.signal.cn0_step_db, 0.25);
-  judge(estimate, before, value, std::min(quantile(drawn, 0.025).value_or(value), value) - half_step,
-        std::max(quantile(drawn, 0.975).value_or(value), value) + half_step, half_step);
+  judge(estimate, before, value, std::min(quantile(sampled, 0.025).value_or(value), value) - half_step,
+        std::max(quantile(sampled, 0.975).value_or(value), value) + half_step, half_step);
   estimate.basis = fmt::format("{} clear signals, {} without a phase, {} misclassified", items.size(),
                                items.size() - with, wrong);
   // A threshold that explains few of the missing phases is rejected.
@@ -331,7 +331,7 @@ void add_phase_threshold(std::span<const Observed> recorded, const simulation::R
 }
 
 void add_lock_thresholds(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
-                         std::span<const std::vector<std::uint16_t>> draws, Calibration& result) {
+                         std::span<const std::vector<std::uint16_t>> sample_count, Calibration& result) {
   const tracking::SignalLockOptions& lock = receiver.options.signal.lock;
   const LockRecord record = lock_record(recorded);
   const auto lost_near = [&record](double threshold) {
@@ -340,7 +340,7 @@ void add_lock_thresholds(std::span<const Observed> recorded, const simulation::R
   };
 
   Estimate tracking = threshold_of(record.hidden, kWeakestFraction, "signal.lock.tracking_threshold_dbhz",
-                                   lock.tracking_threshold_dbhz, draws);
+                                   lock.tracking_threshold_dbhz, sample_count);
   const auto weakest = quantile(cn0_of(record.hidden), kWeakestFraction);
   const auto lost = weakest ? lost_near(*weakest) : 0;
   tracking.basis = fmt::format("{} C/N0 of hidden satellites, {} losses from within {:g} dB of their weakest",
@@ -351,7 +351,7 @@ void add_lock_thresholds(std::span<const Observed> recorded, const simulation::R
 
   Estimate acquisition =
       threshold_of(record.found, kWeakestFoundFraction, "signal.lock.acquisition_threshold_dbhz",
-                   lock.acquisition_threshold_dbhz, draws);
+                   lock.acquisition_threshold_dbhz, sample_count);
   acquisition.basis = fmt::format("the first C/N0 after {} gaps", record.found.size());
   bool identified = record.found.size() >= kFewestGaps;
   const bool fitted = identified && acquisition.verdict == Verdict::Fitted;

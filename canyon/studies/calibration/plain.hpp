@@ -54,11 +54,11 @@ void add_step(std::span<const Observed> recorded, const simulation::ReceiverConf
 
 /// Adds `signal.phase_threshold_dbhz`: the C/N0 that separates clear signals with a phase from those without.
 void add_phase_threshold(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
-                         std::span<const std::vector<std::uint16_t>> draws, Calibration& result);
+                         std::span<const std::vector<std::uint16_t>> sample_count, Calibration& result);
 
 /// Adds `signal.lock.tracking_threshold_dbhz` and `signal.lock.acquisition_threshold_dbhz`: the weakest
 /// measured signals of hidden satellites, and the weakest ones reacquired after gaps.
 void add_lock_thresholds(std::span<const Observed> recorded, const simulation::ReceiverConfig& receiver,
-                         std::span<const std::vector<std::uint16_t>> draws, Calibration& result);
+                         std::span<const std::vector<std::uint16_t>> sample_count, Calibration& result);
 
 }  // namespace canyon::calibration

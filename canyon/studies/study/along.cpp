@@ -62,20 +62,20 @@ Stretch summarize(const std::vector<Passed>& passes, const Resamples& resamples,
   stretch.p95 = MeanEstimate{*quantile(all, 0.95), kNan, kNan};
   if (known < 2) return stretch;
   std::vector<double> medians, p95s;
-  for (const std::vector<std::uint32_t>& drawn : resamples) {
+  for (const std::vector<std::uint32_t>& sampled : resamples) {
     all.clear();
-    for (const std::uint32_t i : drawn)
+    for (const std::uint32_t i : sampled)
       all.insert(all.end(), passes[i].errors_m.begin(), passes[i].errors_m.end());
     if (all.empty()) continue;
     std::size_t ranked = 0;
     medians.push_back(select_quantile(all, 0.5, ranked));
     p95s.push_back(select_quantile(all, 0.95, ranked));
   }
-  for (const auto& [estimate, drawn] :
+  for (const auto& [estimate, sampled] :
        {std::pair{&*stretch.median, &medians}, std::pair{&*stretch.p95, &p95s}}) {
-    if (drawn->empty()) continue;
-    estimate->low = *quantile(*drawn, (1 - confidence) / 2);
-    estimate->high = *quantile(*drawn, (1 + confidence) / 2);
+    if (sampled->empty()) continue;
+    estimate->low = *quantile(*sampled, (1 - confidence) / 2);
+    estimate->high = *quantile(*sampled, (1 + confidence) / 2);
   }
   return stretch;
 }

@@ -75,14 +75,14 @@ std::size_t steps(double span, double step) {
 }
 
 void visit_unknowns(options::Visitor& v, Axis& o) {
-  std::uint32_t draws = o.count.value_or(0);
+  std::uint32_t sample_count = o.count.value_or(0);
   v.integer(
       {"unknowns", "",
        "number of samples of what the scenario leaves open: level of installations, obstacles, facades, "
        "position of the map",
        "none"},
-      draws, 1, kMost);
-  if (v.reads()) o.kind = Axis::Kind::Unknowns, o.count = draws;
+      sample_count, 1, kMost);
+  if (v.reads()) o.kind = Axis::Kind::Unknowns, o.count = sample_count;
   v.texts({"known", "", "unknowns that are not sampled: level, skyline, facades, map", "none"}, o.known);
   try {
     for (const std::string& name : o.known) (void)unknowns::unknown_of(name);

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 /// Total samples of occasions: larger studies get fewer resamples, at least kLeastResamples.
-constexpr double kMostDraws = 2e7;
+constexpr double kMaxSamples = 2e7;
 constexpr std::uint32_t kLeastResamples = 100;
 
 std::optional<double> available_fraction(const ReceiverRecord& record) {
@@ -28,10 +28,10 @@ std::optional<double> available_fraction(const ReceiverRecord& record) {
 }
 
 /// Mean over the values of the sampled occasions; NaN if there are none.
-double mean_of(const std::vector<double>& values, const std::vector<std::uint32_t>& drawn) {
+double mean_of(const std::vector<double>& values, const std::vector<std::uint32_t>& sampled) {
   double sum = 0;
   std::size_t count = 0;
-  for (const std::uint32_t i : drawn) {
+  for (const std::uint32_t i : sampled) {
     if (std::isnan(values[i])) continue;
     sum += values[i];
     ++count;
@@ -46,8 +46,8 @@ std::optional<MeanEstimate> estimate(const std::vector<double>& values, const Re
   MeanEstimate e{mean_of(values, all), kNan, kNan};
   if (std::isnan(e.mean)) return std::nullopt;
   std::vector<double> means;
-  for (const auto& drawn : resamples) {
-    const double mean = mean_of(values, drawn);
+  for (const auto& sampled : resamples) {
+    const double mean = mean_of(values, sampled);
     if (!std::isnan(mean)) means.push_back(mean);
   }
   const auto known = std::count_if(values.begin(), values.end(), [](double v) { return !std::isnan(v); });
@@ -102,13 +102,13 @@ std::string spread_text(const GroupComparison& comparison, std::size_t shown) {
 
 Resamples occasion_resamples(const Manifest& manifest, std::size_t occasions) {
   const auto count = static_cast<std::uint32_t>(
-      std::clamp(kMostDraws / static_cast<double>(occasions), static_cast<double>(kLeastResamples),
+      std::clamp(kMaxSamples / static_cast<double>(occasions), static_cast<double>(kLeastResamples),
                  static_cast<double>(std::max(kLeastResamples, manifest.bootstrap))));
   RandomStream random(manifest.seed, "study bootstrap");
   Resamples resamples(occasions > 1 ? count : 0);
-  for (auto& drawn : resamples) {
-    drawn.resize(occasions);
-    for (std::uint32_t& i : drawn)
+  for (auto& sampled : resamples) {
+    sampled.resize(occasions);
+    for (std::uint32_t& i : sampled)
       i = static_cast<std::uint32_t>(random.uniform() * static_cast<double>(occasions));
   }
   return resamples;

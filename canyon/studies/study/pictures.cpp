@@ -23,7 +23,7 @@ using drawing::Scale;
 
 constexpr std::array kColours{drawing::kBlue,   drawing::kVermilion, drawing::kGreen, drawing::kOrange,
                               drawing::kPurple, drawing::kSkyBlue,   drawing::kBlack, drawing::kFaintInk};
-constexpr std::size_t kMostDrawn = kColours.size();
+constexpr std::size_t kMaxRendered = kColours.size();
 /// More groups would hide each other with the bands of their 95 %.
 constexpr std::size_t kMostWithBothBands = 2;
 const std::vector<double> kDashes[2] = {{}, {7, 3}};
@@ -48,9 +48,9 @@ std::array<double, N> pooled(const Group& group, std::array<std::uint32_t, N> Re
 }
 
 /// A logarithmic axis over whole decades that contain all errors but a thousandth at each end.
-Scale error_scale(const GroupComparison& comparison, std::size_t drawn) {
+Scale error_scale(const GroupComparison& comparison, std::size_t sampled) {
   std::array<double, kErrorBins> all{};
-  for (std::size_t g = 0; g < drawn; ++g) {
+  for (std::size_t g = 0; g < sampled; ++g) {
     const auto counts = pooled(comparison.groups[g], &ReceiverRecord::errors);
     for (std::size_t i = 0; i < kErrorBins; ++i) all[i] += counts[i];
   }
@@ -76,13 +76,13 @@ class Sheet {
   Sheet(const Manifest& manifest, const GroupComparison& comparison)
       : manifest_(manifest),
         comparison_(comparison),
-        drawn_(std::min(kMostDrawn, comparison.groups.size())) {}
+        rendered_(std::min(kMaxRendered, comparison.groups.size())) {}
 
   [[nodiscard]] drawing::Picture errors() const {
     return draw("Cumulative horizontal errors", "fraction of epochs whose fix has at most this error",
                 [&](Canvas& canvas) {
                   Plot plot = make_plot("Horizontal error [m]", "Fraction of epochs");
-                  plot.x = error_scale(comparison_, drawn_);
+                  plot.x = error_scale(comparison_, rendered_);
                   plot.y = fraction_scale();
                   draw_curves(canvas, plot, [&](const Group& group) {
                     const auto counts = pooled(group, &ReceiverRecord::errors);
@@ -124,7 +124,7 @@ class Sheet {
         return lines;
       };
       plot.draw_ground(canvas);
-      for (std::size_t g = 0; g < drawn_; ++g) {
+      for (std::size_t g = 0; g < rendered_; ++g) {
         for (const auto& line : pieces(comparison_.groups[g])) {
           if (line.size() > 1) canvas.polyline(line, stroke_of(g));
           for (const Point& at : line) canvas.circle(at, 2.6, kColours[g]);
@@ -138,7 +138,7 @@ class Sheet {
   [[nodiscard]] drawing::Picture along(const std::vector<std::vector<Stretch>>& stretches) const {
     std::vector<double> all{0};
     double longest_m = 1;
-    for (std::size_t g = 0; g < drawn_; ++g) {
+    for (std::size_t g = 0; g < rendered_; ++g) {
       for (const Stretch& stretch : stretches[g]) {
         longest_m = std::max(longest_m, stretch.to_m);
         if (!stretch.p95) continue;
@@ -152,7 +152,7 @@ class Sheet {
         "Horizontal errors along the route",
         fmt::format("median (thick) and 95 % (thin), segments of {:g} m; bands: {:g} % intervals{} over runs",
                     manifest_.along_m.value_or(0), 100 * manifest_.confidence,
-                    drawn_ > kMostWithBothBands ? " of the median" : ""),
+                    rendered_ > kMostWithBothBands ? " of the median" : ""),
         [&](Canvas& canvas) {
           Plot plot = make_plot("Distance travelled [m]", "Horizontal error [m]");
           plot.x = drawing::linear_scale(0, longest_m, 8);
@@ -161,7 +161,7 @@ class Sheet {
           plot.y.low = 0;
           plot.draw_ground(canvas);
           canvas.clipped(plot.area, [&] {
-            for (std::size_t g = 0; g < drawn_; ++g)
+            for (std::size_t g = 0; g < rendered_; ++g)
               for (const bool median : {false, true}) draw_along(canvas, plot, g, stretches[g], median);
           });
           plot.draw_frame(canvas);
@@ -173,18 +173,18 @@ class Sheet {
     return draw("Errors of runs", "95 % of each run's horizontal error: quartiles, 5 % to 95 % of runs",
                 [&](Canvas& canvas) {
                   Plot plot = make_plot("", "Horizontal error, 95 % [m]");
-                  std::vector<std::vector<double>> values(drawn_);
+                  std::vector<std::vector<double>> values(rendered_);
                   std::vector<double> all;
-                  for (std::size_t g = 0; g < drawn_; ++g) {
+                  for (std::size_t g = 0; g < rendered_; ++g) {
                     for (const ReceiverRecord* record : comparison_.groups[g].records) {
                       const auto value = record == nullptr ? std::nullopt : compared_figures()[2].of(*record);
                       if (value) values[g].push_back(*value), all.push_back(*value);
                     }
                   }
                   plot.y = drawing::make_scale(all, 0);
-                  plot.x.high = static_cast<double>(std::max<std::size_t>(1, drawn_));
+                  plot.x.high = static_cast<double>(std::max<std::size_t>(1, rendered_));
                   plot.draw_ground(canvas);
-                  for (std::size_t g = 0; g < drawn_; ++g) draw_box(canvas, plot, g, values[g]);
+                  for (std::size_t g = 0; g < rendered_; ++g) draw_box(canvas, plot, g, values[g]);
                   plot.draw_frame(canvas);
                   legend(canvas, plot);
                 });
@@ -193,10 +193,10 @@ class Sheet {
  private:
   [[nodiscard]] drawing::Picture draw(const std::string& title, const std::string& subtitle,
                                       const std::function<void(Canvas&)>& content) const {
-    const double legend_height = 30 + 19.5 * static_cast<double>(drawn_);
+    const double legend_height = 30 + 19.5 * static_cast<double>(rendered_);
     std::string below = fmt::format("{}: {}", manifest_.title, subtitle);
-    if (drawn_ < comparison_.groups.size())
-      below += fmt::format(" (first {} of {} groups)", drawn_, comparison_.groups.size());
+    if (rendered_ < comparison_.groups.size())
+      below += fmt::format(" (first {} of {} groups)", rendered_, comparison_.groups.size());
     return drawing::render(
         640, 510 + legend_height,
         [&](Canvas& canvas) {
@@ -214,7 +214,7 @@ class Sheet {
   }
   void legend(Canvas& canvas, const Plot& plot) const {
     std::vector<drawing::LegendEntry> entries;
-    for (std::size_t g = 0; g < drawn_; ++g)
+    for (std::size_t g = 0; g < rendered_; ++g)
       entries.push_back({drawing::line_mark(stroke_of(g)), name_of(comparison_.groups[g])});
     if (!entries.empty()) drawing::draw_legend(canvas, {plot.area.x, plot.area.bottom() + 52}, entries);
   }
@@ -222,7 +222,7 @@ class Sheet {
   void draw_curves(Canvas& canvas, const Plot& plot, const Curve& curve) const {
     plot.draw_ground(canvas);
     canvas.clipped(plot.area, [&] {
-      for (std::size_t g = 0; g < drawn_; ++g) {
+      for (std::size_t g = 0; g < rendered_; ++g) {
         const std::vector<Point> points = curve(comparison_.groups[g]);
         if (points.size() > 1) canvas.polyline(points, stroke_of(g));
       }
@@ -248,12 +248,12 @@ class Sheet {
       }
       line.push_back(plot.at(stretch.from_m, value->mean));
       line.push_back(plot.at(stretch.to_m, value->mean));
-      if (!std::isfinite(value->low) || (!median && drawn_ > kMostWithBothBands)) continue;
+      if (!std::isfinite(value->low) || (!median && rendered_ > kMostWithBothBands)) continue;
       const Point upper = plot.at(stretch.from_m, value->high), lower = plot.at(stretch.to_m, value->low);
       canvas.rectangle({upper.x, upper.y, lower.x - upper.x, lower.y - upper.y},
-                       kColours[group].with_alpha(!median                       ? 0.15
-                                                  : drawn_ > kMostWithBothBands ? 0.18
-                                                                                : 0.35));
+                       kColours[group].with_alpha(!median                          ? 0.15
+                                                  : rendered_ > kMostWithBothBands ? 0.18
+                                                                                   : 0.35));
     }
     flush();
   }
@@ -274,7 +274,7 @@ class Sheet {
 
   const Manifest& manifest_;
   const GroupComparison& comparison_;
-  std::size_t drawn_;
+  std::size_t rendered_;
 };
 
 /// Writes a picture as PNG and SVG; returns the files' names.

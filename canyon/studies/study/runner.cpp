@@ -157,7 +157,7 @@ struct RunMaker::Impl {
 
   /// @param drawn false: the city of its source, independent of the seed
   [[nodiscard]] std::shared_ptr<simulation::CityScene> scene(const simulation::Scenario& scenario,
-                                                             bool drawn = true) const {
+                                                             bool sampled = true) const {
     // Random drives need the whole city, which is the same for all of them.
     const simulation::CityConfig config =
         plan.drives() == nullptr ? simulation::city_config(scenario) : scenario.city;
@@ -165,16 +165,16 @@ struct RunMaker::Impl {
     plain.georeference = {};
     plain.roofs_m = 0;
     // A source says whether facades are sampled, but not which.
-    if (plain.facades.drawn()) {
+    if (plain.facades.is_sampled()) {
       plain.facades.mix = city::FacadeOptions().mix;
       plain.facades.fractions.clear();
     }
     const std::string source_key = options::exact_text(plain);
     const simulation::Georeference& position = scenario.city.georeference;
-    const bool by_seed = scenario.city.facades.drawn() || config.roofs_m > 0 || position.sigma_m > 0 ||
+    const bool by_seed = scenario.city.facades.is_sampled() || config.roofs_m > 0 || position.sigma_m > 0 ||
                          position.heading_sigma_rad > 0;
     std::string key = "as read " + source_key;
-    if (drawn) key = options::exact_text(config) + (by_seed ? std::to_string(scenario.seed) : "");
+    if (sampled) key = options::exact_text(config) + (by_seed ? std::to_string(scenario.seed) : "");
     const auto triangles = [](const city::City& city) {
       return static_cast<double>(city.mesh.triangles.size()) + 1;
     };
@@ -185,7 +185,7 @@ struct RunMaker::Impl {
               source_key,
               [&] { return std::make_shared<const city::City>(simulation::load_city_source(config)); },
               [&](const city::City& city) { return kSourceBytes * triangles(city); });
-          if (!drawn) return std::make_shared<const simulation::CityScene>(*source);
+          if (!sampled) return std::make_shared<const simulation::CityScene>(*source);
           return std::make_shared<const simulation::CityScene>(simulation::draw_city(*source, scenario));
         },
         [&](const simulation::CityScene& scene) { return kSceneBytes * triangles(scene.city); });

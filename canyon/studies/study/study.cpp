@@ -269,7 +269,7 @@ void StudyPlan::make_points() {
     if (axis.kind == Axis::Kind::Unknowns) {
       std::vector<unknowns::Unknown> known;
       for (const std::string& name : axis.known) known.push_back(unknowns::unknown_of(name));
-      draws_.emplace(study_.seed, axis.size(), std::move(known));
+      unknown_samples_.emplace(study_.seed, axis.size(), std::move(known));
     }
     if (grid || axis.crossed) continue;
     samples_[i] = draw_sample(RandomStream(study_.seed, "study axis " + axis.name), points_,
@@ -385,7 +385,7 @@ simulation::Scenario StudyPlan::scenario(const StudyRun& run) const {
 void StudyPlan::draw_unknowns(const StudyRun& run, simulation::Scenario& scenario) const {
   for (std::size_t i = 0; i < run.at.size(); ++i) {
     if (study_.axes[i].kind != Axis::Kind::Unknowns) continue;
-    draws_->apply(static_cast<std::size_t>(*parse_integer(run.at[i].text)) - 1, scenario);
+    unknown_samples_->apply(static_cast<std::size_t>(*parse_integer(run.at[i].text)) - 1, scenario);
   }
 }
 
@@ -428,8 +428,8 @@ void StudyPlan::try_values() {
   for (std::size_t i = 0; i < study_.axes.size(); ++i) {
     const Axis& axis = study_.axes[i];
     about += options::exact_text(axis);
-    const bool draws = axis.kind == Axis::Kind::Drives || axis.kind == Axis::Kind::Unknowns;
-    if (axis.kind == Axis::Kind::Seeds || draws) continue;
+    const bool needs_samples = axis.kind == Axis::Kind::Drives || axis.kind == Axis::Kind::Unknowns;
+    if (axis.kind == Axis::Kind::Seeds || needs_samples) continue;
     const bool values = axis.kind == Axis::Kind::Values;
     const std::size_t n = axis.size(), tries = values ? std::min(n, kMostTried) : 2;
     for (std::size_t k = 1; k < tries; ++k) {

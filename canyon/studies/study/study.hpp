@@ -92,7 +92,7 @@ class StudyPlan {
   std::filesystem::path base_file_;
   std::vector<std::vector<double>> samples_;  // [axis][point], of sampled axes
   std::size_t points_ = 1, size_ = 0;
-  std::optional<unknowns::Draws> draws_;  // of an axis of unknowns
+  std::optional<unknowns::UnknownSamples> unknown_samples_;  // of an axis of unknowns
   std::vector<std::string> receivers_;
   std::string key_;
   double bytes_ = 0, epochs_ = 0;

@@ -107,9 +107,9 @@ class Aligner {
                        "give a longer part of the recording or a lower elevation mask");
     }
     pivot_ /= static_cast<double>(part_.epochs.size());
-    draws_.emplace_back(part_.epochs.size(), std::uint16_t{1});
-    for (auto& draw : draws_in_time(part_.epochs, options.block_s, options.resamples, options.seed))
-      draws_.push_back(std::move(draw));
+    samples_.emplace_back(part_.epochs.size(), std::uint16_t{1});
+    for (auto& draw : time_block_bootstrap(part_.epochs, options.block_s, options.resamples, options.seed))
+      samples_.push_back(std::move(draw));
     rotation_ = environment.city().frame.ecef_from_local_rotation().transpose();
   }
 
@@ -165,7 +165,7 @@ class Aligner {
 
     CityAlignment alignment;
     std::vector<double> east, north;
-    for (std::size_t r = 1; r < draws_.size(); ++r) {
+    for (std::size_t r = 1; r < samples_.size(); ++r) {
       const auto near = best_of(fine_scores, r);
       const auto far = best_of(coarse_scores, r);
       if (!near || !far) continue;
@@ -185,7 +185,7 @@ class Aligner {
       const std::vector<Scores> rotated_scores = smoothed(try_all(rotated), heading_width, 1, heading_sigma);
       best.heading_rad = rotated[*best_of(rotated_scores, 0)].heading_rad;
       std::vector<double> found;
-      for (std::size_t r = 1; r < draws_.size(); ++r)
+      for (std::size_t r = 1; r < samples_.size(); ++r)
         if (const auto at = best_of(rotated_scores, r)) found.push_back(rotated[*at].heading_rad);
       alignment.sigma_heading_rad = std::max(deviation(found), kHeadingStep_rad / std::sqrt(12.0));
     }
@@ -248,7 +248,7 @@ class Aligner {
     }
     const RankedSample late(std::move(by_error)), weak(std::move(by_weakness));
     Scores scores;
-    for (const auto& times : draws_) {
+    for (const auto& times : samples_) {
       const std::optional<double> a = late.auc(times);
       const std::optional<double> b = weak.auc(times);
       scores.push_back(a && b ? (*a + *b) / 2 : a.value_or(std::numeric_limits<double>::quiet_NaN()));
@@ -285,8 +285,8 @@ class Aligner {
   PseudorangeResiduals part_;
   std::vector<std::size_t> epoch_of_;  ///< recording's epoch by part_'s
   Eigen::Vector2d pivot_ = Eigen::Vector2d::Zero();
-  std::vector<std::vector<std::uint16_t>> draws_;  ///< the first: every epoch once
-  Eigen::Matrix3d rotation_;                       ///< local from ECEF
+  std::vector<std::vector<std::uint16_t>> samples_;  ///< the first: every epoch once
+  Eigen::Matrix3d rotation_;                         ///< local from ECEF
   std::size_t done_ = 0, planned_ = 0;
 };
 

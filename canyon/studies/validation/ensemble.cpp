@@ -60,7 +60,7 @@ std::string percent(std::size_t part, std::size_t all) {
 }
 
 std::string table_of(const EnsembleRow& row) {
-  std::string text = fmt::format("{}: {}; {} draws\n\n", row.name, row.part, row.draws.size());
+  std::string text = fmt::format("{}: {}; {} draws\n\n", row.name, row.part, row.samples.size());
   for (const std::string& unknown : row.unknowns) text += fmt::format("- {}\n", unknown);
   std::vector<TextRow> lines;
   for (const EnsembleFigure& f : ensemble_figures(row)) {
@@ -102,7 +102,7 @@ std::vector<EnsembleFigure> ensemble_figures(const EnsembleRow& row) {
   for (const Headline& point : row.point) {
     if (!point.pair() || !point.measured) continue;
     std::vector<double> values;
-    for (const EnsembleRow::Draw& draw : row.draws) {
+    for (const EnsembleRow::EnsembleSample& draw : row.samples) {
       const Headline* h = headline_with(draw.headlines, point.info.key);
       if (h != nullptr && h->simulated) values.push_back(*h->simulated);
     }
@@ -163,19 +163,19 @@ std::string ensemble_text(const std::vector<EnsembleRow>& rows) {
 std::string ensemble_json(const std::vector<EnsembleRow>& rows) {
   Json json{{"recordings", Json::array()}, {"coverage", coverage_json(coverage(rows))}};
   for (const EnsembleRow& row : rows) {
-    Json figures = Json::object(), draws = Json::array();
+    Json figures = Json::object(), samples = Json::array();
     for (const EnsembleFigure& f : ensemble_figures(row)) figures[f.info.key] = figure_json(f);
-    for (const EnsembleRow::Draw& draw : row.draws) {
+    for (const EnsembleRow::EnsembleSample& draw : row.samples) {
       Json unknowns = Json::object(), values = Json::object();
       for (const auto& [name, value] : draw.values) unknowns[name] = value;
       for (const Headline& h : draw.headlines) values[h.info.key] = h.simulated;
-      draws.push_back({{"unknowns", std::move(unknowns)}, {"figures", std::move(values)}});
+      samples.push_back({{"unknowns", std::move(unknowns)}, {"figures", std::move(values)}});
     }
     json["recordings"].push_back({{"name", row.name},
                                   {"part", row.part},
                                   {"unknowns", row.unknowns},
                                   {"figures", std::move(figures)},
-                                  {"draws", std::move(draws)}});
+                                  {"draws", std::move(samples)}});
   }
   return json.dump(2) + "\n";
 }

@@ -17,11 +17,11 @@ struct EnsembleRow {
   std::string part;                   ///< describe_part()
   std::vector<std::string> unknowns;  ///< sampled parameters: "level: -10 to 6 dB, uniform"
   std::vector<Headline> point;        ///< with the settings as they are
-  struct Draw {
+  struct EnsembleSample {
     std::map<std::string, double> values;  ///< of the unknowns
     std::vector<Headline> headlines;       ///< in the order of `point`
   };
-  std::vector<Draw> draws;
+  std::vector<EnsembleSample> samples;
 };
 
 /// A metric of both recording and simulations.

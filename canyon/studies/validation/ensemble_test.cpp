@@ -22,7 +22,7 @@ EnsembleRow row_with(double recorded, double point) {
   row.unknowns = {"level: -10 to 6 dB, uniform"};
   row.point = {headline_of("satellites_used", recorded, point), headline_of("horizontal_p50_m", {}, 3.0)};
   for (int k = 1; k <= 19; ++k) {
-    row.draws.push_back(
+    row.samples.push_back(
         {{{"level", -k}},
          {headline_of("satellites_used", recorded, k), headline_of("horizontal_p50_m", {}, k)}});
   }

@@ -118,14 +118,14 @@ PositionFigures position_figures(std::span<const ComparedFix> fixes) {
   return p;
 }
 
-std::vector<std::vector<std::uint16_t>> draws_of(std::span<const ComparedEpoch> epochs,
-                                                 const FigureOptions& options) {
-  return draws_in_time(epochs, options.block_s, options.resamples, options.seed);
+std::vector<std::vector<std::uint16_t>> stream_name(std::span<const ComparedEpoch> epochs,
+                                                    const FigureOptions& options) {
+  return time_block_bootstrap(epochs, options.block_s, options.resamples, options.seed);
 }
 
 /// 95 %; empty if half of the resamples or more have no value.
-std::optional<Interval> interval_of_draws(const std::vector<double>& values, std::size_t draws) {
-  if (2 * values.size() <= draws) return {};
+std::optional<Interval> bootstrap_interval_of(const std::vector<double>& values, std::size_t sample_count) {
+  if (2 * values.size() <= sample_count) return {};
   const std::vector<double> ends = quantiles(values, std::array{0.025, 0.975});
   return Interval{ends[0], ends[1]};
 }
@@ -454,13 +454,13 @@ class Collector {
   }
 
   void add_intervals(ModelFigures& f, const FigureOptions& options) const {
-    const auto draws = draws_of(epochs_, options);
-    const auto interval = [&draws](const std::vector<RankedSample::Item>& items) {
+    const auto samples = stream_name(epochs_, options);
+    const auto interval = [&samples](const std::vector<RankedSample::Item>& items) {
       const RankedSample sample(items);
       std::vector<double> values;
-      for (const auto& times_drawn : draws)
-        if (const auto auc = sample.auc(times_drawn)) values.push_back(*auc);
-      return interval_of_draws(values, draws.size());
+      for (const auto& times_sampled : samples)
+        if (const auto auc = sample.auc(times_sampled)) values.push_back(*auc);
+      return bootstrap_interval_of(values, samples.size());
     };
     f.by_cn0_interval = interval(ranked_weakness_);
     f.by_error_interval = interval(ranked_error_);
@@ -578,20 +578,20 @@ std::vector<Headline> headlines_by_other_part(const Comparison& comparison, std:
 void add_intervals(std::vector<Headline>& headlines_of_all, const Comparison& comparison, std::size_t first,
                    std::size_t count, const FigureOptions& options, std::span<const Comparison> runs) {
   assert(first + count <= comparison.epochs.size());
-  const auto draws =
-      draws_of(std::span<const ComparedEpoch>(comparison.epochs).subspan(first, count), options);
+  const auto samples =
+      stream_name(std::span<const ComparedEpoch>(comparison.epochs).subspan(first, count), options);
   std::vector<std::array<std::vector<double>, 2>> values(headlines_of_all.size());
-  for (const auto& times : draws) {
-    const std::vector<Headline> drawn =
+  for (const auto& times : samples) {
+    const std::vector<Headline> sampled =
         headlines(Collector(comparison, first, count, runs, times).headline_figures());
-    for (std::size_t k = 0; k < std::min(drawn.size(), values.size()); ++k) {
-      if (drawn[k].measured) values[k][0].push_back(*drawn[k].measured);
-      if (drawn[k].simulated) values[k][1].push_back(*drawn[k].simulated);
+    for (std::size_t k = 0; k < std::min(sampled.size(), values.size()); ++k) {
+      if (sampled[k].measured) values[k][0].push_back(*sampled[k].measured);
+      if (sampled[k].simulated) values[k][1].push_back(*sampled[k].simulated);
     }
   }
   for (std::size_t k = 0; k < values.size(); ++k) {
-    headlines_of_all[k].measured_interval = interval_of_draws(values[k][0], draws.size());
-    headlines_of_all[k].simulated_interval = interval_of_draws(values[k][1], draws.size());
+    headlines_of_all[k].measured_interval = bootstrap_interval_of(values[k][0], samples.size());
+    headlines_of_all[k].simulated_interval = bootstrap_interval_of(values[k][1], samples.size());
   }
 }
 

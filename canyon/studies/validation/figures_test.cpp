@@ -406,9 +406,9 @@ FigureOptions few_resamples() {
 template <typename Value, typename Statistic>
 std::optional<Interval> bootstrap(const Comparison& comparison, const Value& value,
                                   const Statistic& statistic) {
-  const auto of = [&](std::span<const std::size_t> drawn) -> std::optional<double> {
+  const auto of = [&](std::span<const std::size_t> sampled) -> std::optional<double> {
     std::vector<double> los, nlos;
-    for (const std::size_t e : drawn) {
+    for (const std::size_t e : sampled) {
       const ComparedEpoch& epoch = comparison.epochs[e];
       for (std::size_t i = epoch.first; i < epoch.first + epoch.count; ++i) {
         const ComparedSatellite& s = comparison.satellites[i];

@@ -185,13 +185,13 @@ Interval by_minutes(const std::vector<Judged>& all, Figure figure) {
   test::BootstrapOptions options;
   options.block = 60;
   options.resamples = 200;
-  std::vector<Judged> drawn;
+  std::vector<Judged> sampled;
   const auto interval = test::bootstrap_interval(
       epochs.size(),
       [&](std::span<const std::size_t> indices) -> std::optional<double> {
-        drawn.clear();
-        for (const std::size_t i : indices) drawn.insert(drawn.end(), epochs[i].begin(), epochs[i].end());
-        return figure(figures(drawn));
+        sampled.clear();
+        for (const std::size_t i : indices) sampled.insert(sampled.end(), epochs[i].begin(), epochs[i].end());
+        return figure(figures(sampled));
       },
       options);
   return interval.value();

@@ -142,21 +142,21 @@ std::optional<double> RankedSample::auc(std::span<const std::uint16_t> times) co
   return won / (los_below * nlos_total);
 }
 
-std::vector<std::vector<std::uint16_t>> block_draws(std::size_t epochs, std::size_t block, int resamples,
-                                                    std::uint64_t seed) {
+std::vector<std::vector<std::uint16_t>> block_bootstrap(std::size_t epochs, std::size_t block, int resamples,
+                                                        std::uint64_t seed) {
   assert(block >= 1);
   block = std::min(block, std::max<std::size_t>(epochs, 1));
   RandomStream random(seed, "bootstrap");
-  std::vector<std::vector<std::uint16_t>> draws(static_cast<std::size_t>(resamples),
-                                                std::vector<std::uint16_t>(epochs, 0));
-  if (epochs == 0) return draws;
-  for (std::vector<std::uint16_t>& times : draws) {
-    for (std::size_t drawn = 0; drawn < epochs;) {
+  std::vector<std::vector<std::uint16_t>> sample_count(static_cast<std::size_t>(resamples),
+                                                       std::vector<std::uint16_t>(epochs, 0));
+  if (epochs == 0) return sample_count;
+  for (std::vector<std::uint16_t>& times : sample_count) {
+    for (std::size_t sampled = 0; sampled < epochs;) {
       const auto first = static_cast<std::size_t>(random.uniform() * static_cast<double>(epochs));
-      for (std::size_t k = 0; k < block && drawn < epochs; ++k, ++drawn) ++times[(first + k) % epochs];
+      for (std::size_t k = 0; k < block && sampled < epochs; ++k, ++sampled) ++times[(first + k) % epochs];
     }
   }
-  return draws;
+  return sample_count;
 }
 
 }  // namespace canyon::validation

@@ -77,8 +77,8 @@ class RankedSample {
 
 /// Circular block bootstrap of epochs (Politis and Romano 1992): for each of `resamples`, how often each of
 /// `epochs` was drawn. @param block at least 1
-[[nodiscard]] std::vector<std::vector<std::uint16_t>> block_draws(std::size_t epochs, std::size_t block,
-                                                                  int resamples, std::uint64_t seed);
+[[nodiscard]] std::vector<std::vector<std::uint16_t>> block_bootstrap(std::size_t epochs, std::size_t block,
+                                                                      int resamples, std::uint64_t seed);
 
 // Not public: for canyon/validation and canyon/calibration.
 
@@ -102,15 +102,17 @@ template <typename Times>
   return median(steps).value_or(1);
 }
 
-/// block_draws() of these times or epochs in blocks of `seconds`, by their median interval: of at least one
-/// epoch, and at most a fifth of all, because resamples of fewer blocks hardly differ and pretend certainty.
+/// block_bootstrap() of these times or epochs in blocks of `seconds`, by their median interval: of at least
+/// one epoch, and at most a fifth of all, because resamples of fewer blocks hardly differ and pretend
+/// certainty.
 template <typename Times>
-[[nodiscard]] std::vector<std::vector<std::uint16_t>> draws_in_time(const Times& times, double seconds,
-                                                                    int resamples, std::uint64_t seed) {
+[[nodiscard]] std::vector<std::vector<std::uint16_t>> time_block_bootstrap(const Times& times, double seconds,
+                                                                           int resamples,
+                                                                           std::uint64_t seed) {
   const double epochs = std::round(seconds / std::max(interval_of(times), 1e-3));
   const double most = std::floor(static_cast<double>(times.size()) / 5);
   const auto block = static_cast<std::size_t>(std::max(1.0, std::min(epochs, most)));
-  return block_draws(times.size(), block, resamples, seed);
+  return block_bootstrap(times.size(), block, resamples, seed);
 }
 
 }  // namespace canyon::validation

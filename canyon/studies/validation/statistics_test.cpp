@@ -116,10 +116,10 @@ TEST(Statistics, BootstrapCoversTheMean) {
   for (int sample = 0; sample < 400; ++sample) {
     std::vector<double> values(60);
     for (double& v : values) v = -std::log(1 - random.uniform());
-    const auto mean = [&](std::span<const std::size_t> drawn) -> std::optional<double> {
+    const auto mean = [&](std::span<const std::size_t> sampled) -> std::optional<double> {
       double sum = 0;
-      for (const std::size_t i : drawn) sum += values[i];
-      return sum / static_cast<double>(drawn.size());
+      for (const std::size_t i : sampled) sum += values[i];
+      return sum / static_cast<double>(sampled.size());
     };
     options.seed = static_cast<std::uint64_t>(sample);
     const auto interval = bootstrap_interval(values.size(), mean, options);
@@ -136,10 +136,10 @@ TEST(Statistics, BootstrapBlocksFollowTheSeries) {
   RandomStream random(4, "runs");
   std::vector<double> values;
   for (int run = 0; run < 40; ++run) values.insert(values.end(), 25, random.normal());
-  const auto mean = [&](std::span<const std::size_t> drawn) -> std::optional<double> {
+  const auto mean = [&](std::span<const std::size_t> sampled) -> std::optional<double> {
     double sum = 0;
-    for (const std::size_t i : drawn) sum += values[i];
-    return sum / static_cast<double>(drawn.size());
+    for (const std::size_t i : sampled) sum += values[i];
+    return sum / static_cast<double>(sampled.size());
   };
   const auto single = bootstrap_interval(values.size(), mean, {});
   BootstrapOptions blocks;

@@ -19,8 +19,8 @@ constexpr std::size_t kMostFaults = 10'000;
 /// Effects on one receiver; a restart rebuilds them.
 class FaultTimeline::Effects final : public Disturbance {
  public:
-  Effects(std::shared_ptr<const FaultTimeline> timeline, std::uint64_t seed, std::string draws)
-      : timeline_(std::move(timeline)), seed_(seed), draws_(std::move(draws)) {}
+  Effects(std::shared_ptr<const FaultTimeline> timeline, std::uint64_t seed, std::string stream_name)
+      : timeline_(std::move(timeline)), seed_(seed), stream_name_(std::move(stream_name)) {}
 
   void apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) override {
     if (!(timeline_->surroundings_ == around_)) {
@@ -64,7 +64,7 @@ class FaultTimeline::Effects final : public Disturbance {
     context.begin = timeline_->start_ + fault.from_s;
     if (fault.until_s) context.end = timeline_->start_ + *fault.until_s;
     context.seed = seed_;
-    context.receiver = draws_;
+    context.receiver = stream_name_;
     context.sky = around_.sky;
     context.city = around_.city;
     context.rays = around_.rays;
@@ -73,7 +73,7 @@ class FaultTimeline::Effects final : public Disturbance {
 
   std::shared_ptr<const FaultTimeline> timeline_;
   std::uint64_t seed_;
-  std::string draws_;
+  std::string stream_name_;
   Surroundings around_;
   std::map<std::uint64_t, std::unique_ptr<Disturbance>> effects_;  // by Entry::number
 };
@@ -136,8 +136,9 @@ std::vector<FaultState> FaultTimeline::states(double now_s) const {
 DisturbanceSource FaultTimeline::source(std::shared_ptr<const FaultTimeline> timeline) {
   std::string name = "faults";
   for (const Entry& entry : timeline->entries_) name += "\n" + options::exact_text(entry.fault);
-  return {std::move(name), [timeline = std::move(timeline)](std::uint64_t seed, const std::string& draws) {
-            return std::make_unique<Effects>(timeline, seed, draws);
+  return {std::move(name),
+          [timeline = std::move(timeline)](std::uint64_t seed, const std::string& stream_name) {
+            return std::make_unique<Effects>(timeline, seed, stream_name);
           }};
 }
 

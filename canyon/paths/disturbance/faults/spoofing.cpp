@@ -148,10 +148,10 @@ std::optional<Spoofing::Copy> Spoofing::copy(gnss::SatelliteId id, const Scene& 
   const double moved_m = pull.progress(seconds, direction.norm()).travelled_m;
   const double later_m =
       std::copysign(pull.progress(seconds, std::abs(pull.clock_m)).travelled_m, pull.clock_m);
-  Vector3d drawn = point;
-  if (moved_m > 0) drawn += scene.ecef_from_enu * (moved_m * direction.normalized());
+  Vector3d sampled = point;
+  if (moved_m > 0) sampled += scene.ecef_from_enu * (moved_m * direction.normalized());
 
-  const auto code = seen(drawn, late_m + later_m);
+  const auto code = seen(sampled, late_m + later_m);
   if (!code) return std::nullopt;
   Copy result{code->range_m + late_m + later_m, 0, code->elevation_rad};
   result.carrier_m = result.range_m;

@@ -40,7 +40,7 @@ class SharedCells final : public CellSolver {
   SharedCells(const simulation::Environment& environment, const TileTracer& tracer,
               const CellReceiver& receiver)
       : tracer_(tracer),
-        receiver_{receiver.config.options, receiver.draws, environment.klobuchar(), receiver.limits,
+        receiver_{receiver.config.options, receiver.samples, environment.klobuchar(), receiver.limits,
                   environment.errors()} {}
 
   [[nodiscard]] bool solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
@@ -151,15 +151,15 @@ bool SteadyCells::solve(const TileCells& cells, geodesy::GpsTime time, std::span
                         const std::function<bool()>& /*stop*/) const {
   assert(wanted.size() == layers.size());
   const auto has = [&](const auto& is) { return std::any_of(wanted.begin(), wanted.end(), is); };
-  const bool statistics = has(over_draws);
-  const bool draws = statistics || has([](Layer layer) { return layer == Layer::Availability; });
+  const bool statistics = has(is_sample_layer);
+  const bool needs_samples = statistics || has([](Layer layer) { return layer == Layer::Availability; });
   const double half = cells.plane.spacing_m / 2;
   const Vector3d centre(cells.plane.first.x() + half * (cells.tile.columns - 1),
                         cells.plane.first.y() + half * (cells.tile.rows - 1), cells.plane.z);
   const propagation::PropagationOptions& propagation = propagator_.options();
   const SteadySky sky(environment_, receiver_.config.options,
-                      propagation.diffuse ? propagation.scattering.max_paths : 0, receiver_.draws,
-                      draws ? receiver_.draws.draws + 1 : 1, centre, time);
+                      propagation.diffuse ? propagation.scattering.max_paths : 0, receiver_.samples,
+                      needs_samples ? receiver_.samples.samples + 1 : 1, centre, time);
   const Eigen::Matrix3d ecef_from_enu = environment_.city().frame.ecef_from_local_rotation();
   const auto task = [&] {
     return SteadyCell(sky, propagator_, receiver_.config.options, receiver_.limits, ecef_from_enu,
@@ -275,21 +275,21 @@ class RunCells final : public CellSolver {
     Base(const simulation::Environment& environment, const simulation::ReceiverConfig& config,
          const DrawOptions& of_map)
         : propagator(environment.make_propagator(config.propagation)),
-          draws(environment, propagator, config, of_map),
+          samples(environment, propagator, config, of_map),
           position(config.fixed->position) {}
     Base(const Base&) = delete;
     Base& operator=(const Base&) = delete;
 
     propagation::Propagator propagator;
-    ReceiverDraws draws;
+    ReceiverRealizations samples;
     geodesy::Geodetic position;
   };
   bool look(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
             std::span<const std::span<float>> layers) const;
-  void solve_without_noise(const ReceiverDraws::Scene& scene, CellValues& values) const;
+  void solve_without_noise(const ReceiverRealizations::Scene& scene, CellValues& values) const;
   /// @param space by realization, or empty
-  void draw(const ReceiverDraws::Scene& scene, std::span<const errors::SpaceErrors> space, bool statistics,
-            CellValues& values) const;
+  void draw(const ReceiverRealizations::Scene& scene, std::span<const errors::SpaceErrors> space,
+            bool statistics, CellValues& values) const;
   /// [second][draw]; null if the base measured nothing.
   [[nodiscard]] std::vector<std::vector<Corrections>> corrections(
       geodesy::GpsTime time, std::span<const errors::SpaceErrors> space) const;
@@ -297,7 +297,7 @@ class RunCells final : public CellSolver {
                   std::span<const std::vector<Corrections>> sent, CellValues& values) const;
 
   CellReceiver receiver_;
-  ReceiverDraws receivers_;
+  ReceiverRealizations receivers_;
   std::optional<Base> base_;  ///< for layers of RTK
 };
 
@@ -305,21 +305,22 @@ RunCells::RunCells(const simulation::Environment& environment, const propagation
                    const CellReceiver& receiver, bool rtk)
     : receiver_(receiver),
       receivers_(environment, propagator, rtk ? receiver.config : with_used_signals(receiver.config),
-                 receiver.draws) {
+                 receiver.samples) {
   if (!rtk) return;
   receiver.base->options.validate();
-  base_.emplace(environment, *receiver.base, receiver.draws);
+  base_.emplace(environment, *receiver.base, receiver.samples);
   // An epoch needs some kilobytes, and all are in memory for the cells of a tile.
   constexpr std::int64_t kMostEpochs = 100'000;
-  const int draws = receiver.draws.draws, seconds = receiver.limits.rtk_s;
-  const std::int64_t epochs = std::int64_t{draws} * (seconds + 1);
+  const int sample_count = receiver.samples.samples, seconds = receiver.limits.rtk_s;
+  const std::int64_t epochs = std::int64_t{sample_count} * (seconds + 1);
   if (epochs > kMostEpochs) {
-    throw InputError(fmt::format("{} draws of {} s need {} epochs of the base", draws, seconds, epochs),
-                     fmt::format("layers of RTK allow {}: use fewer draws, or a shorter time", kMostEpochs));
+    throw InputError(
+        fmt::format("{} draws of {} s need {} epochs of the base", sample_count, seconds, epochs),
+        fmt::format("layers of RTK allow {}: use fewer draws, or a shorter time", kMostEpochs));
   }
 }
 
-void RunCells::solve_without_noise(const ReceiverDraws::Scene& scene, CellValues& values) const {
+void RunCells::solve_without_noise(const ReceiverRealizations::Scene& scene, CellValues& values) const {
   const receiver::ReceiverOptions& options = receivers_.options();
   const simulation::Environment& environment = receivers_.environment();
   receiver::ReceiverOptions quiet = options;
@@ -364,9 +365,9 @@ void RunCells::solve_without_noise(const ReceiverDraws::Scene& scene, CellValues
       positioning::horizontal_protection_level_m(fix.covariance_enu, receiver_.limits.protection_factor));
 }
 
-void RunCells::draw(const ReceiverDraws::Scene& scene, std::span<const errors::SpaceErrors> space,
+void RunCells::draw(const ReceiverRealizations::Scene& scene, std::span<const errors::SpaceErrors> space,
                     bool statistics, CellValues& values) const {
-  DrawnFixes fixes;
+  SampledFixes fixes;
   const std::vector<disturbance::DisturbanceSource> disturbances =
       receivers_.disturbances_at(scene.arrival.antenna_enu);
   for (int d = 0; d < receivers_.count(); ++d) {
@@ -383,30 +384,30 @@ void RunCells::draw(const ReceiverDraws::Scene& scene, std::span<const errors::S
 
 bool RunCells::look(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
                     std::span<const std::span<float>> layers) const {
-  const bool statistics = std::any_of(wanted.begin(), wanted.end(), over_draws);
-  const bool draws =
+  const bool statistics = std::any_of(wanted.begin(), wanted.end(), is_sample_layer);
+  const bool needs_samples =
       statistics || (receivers_.options().signal.enabled &&
                      std::find(wanted.begin(), wanted.end(), Layer::Availability) != wanted.end());
-  const auto space = receivers_.space(time, draws ? receivers_.count() : 0);
+  const auto space = receivers_.space(time, needs_samples ? receivers_.count() : 0);
   return solve_rows<of_solver>(cells, wanted, layers, {}, [&](const Vector3d& point, CellValues& values) {
-    const ReceiverDraws::Scene scene =
+    const ReceiverRealizations::Scene scene =
         receivers_.look(time, point, receivers_.environment().city().frame.ecef_from_local(point));
     solve_without_noise(scene, values);
-    if (draws) draw(scene, space, statistics, values);
+    if (needs_samples) draw(scene, space, statistics, values);
   });
 }
 
 std::vector<std::vector<RunCells::Corrections>> RunCells::corrections(
     geodesy::GpsTime time, std::span<const errors::SpaceErrors> space) const {
   const Vector3d antenna_position_ecef = geodesy::ecef_from_geodetic(base_->position);
-  const Vector3d point = base_->draws.environment().city().frame.local_from_geodetic(base_->position);
-  const auto stations = base_->draws.receivers_at(time, point);
+  const Vector3d point = base_->samples.environment().city().frame.local_from_geodetic(base_->position);
+  const auto stations = base_->samples.receivers_at(time, point);
   std::vector<std::vector<Corrections>> sent(static_cast<std::size_t>(receiver_.limits.rtk_s) + 1);
   for (std::size_t second = 0; second < sent.size(); ++second) {
-    const ReceiverDraws::Scene scene =
-        base_->draws.look(time + static_cast<double>(second), point, antenna_position_ecef);
+    const ReceiverRealizations::Scene scene =
+        base_->samples.look(time + static_cast<double>(second), point, antenna_position_ecef);
     for (std::size_t d = 0; d < stations.size(); ++d) {
-      sent[second].push_back(receiver::corrections_of(base_->draws.observe(*stations[d], scene, space, d),
+      sent[second].push_back(receiver::corrections_of(base_->samples.observe(*stations[d], scene, space, d),
                                                       antenna_position_ecef));
     }
   }
@@ -428,7 +429,7 @@ void RunCells::fix_by_rtk(geodesy::GpsTime time, const Vector3d& point,
   std::vector<double> first_s(rovers.size(), std::numeric_limits<double>::infinity()), fixed_m;
   for (std::size_t second = 0; second < sent.size(); ++second) {
     const geodesy::GpsTime now = time + static_cast<double>(second);
-    const ReceiverDraws::Scene scene = receivers_.look(now, point, antenna_position_ecef);
+    const ReceiverRealizations::Scene scene = receivers_.look(now, point, antenna_position_ecef);
     for (std::size_t d = 0; d < rovers.size(); ++d) {
       if (sent[second][d]) links[d].send(now, sent[second][d], antenna_position_ecef);
       const Corrections came = links[d].take(now);
@@ -492,7 +493,7 @@ CellMethod cell_method(const simulation::ReceiverConfig& receiver) {
 std::unique_ptr<const CellSolver> cell_solver(CellMethod method, const simulation::Environment& environment,
                                               const TileTracer& tracer, const CellReceiver& receiver) {
   receiver.config.options.validate();
-  receiver.draws.validate();
+  receiver.samples.validate();
   receiver.limits.validate();
   switch (method) {
     case CellMethod::Shared:
@@ -529,7 +530,7 @@ void DrawOptions::validate() const {
 }
 
 void visit(options::Visitor& v, DrawOptions& o) {
-  v.integer({"draws", "", "noise realizations, for layers over draws"}, o.draws, 1, 10'000);
+  v.integer({"draws", "", "noise realizations, for layers over draws"}, o.samples, 1, 10'000);
   v.integer({"seed", "", "seed of the noise realizations, the same at every cell"}, o.seed);
 }
 

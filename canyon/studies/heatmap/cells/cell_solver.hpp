@@ -17,7 +17,7 @@
 namespace canyon::heatmap {
 
 struct DrawOptions {
-  int draws = 64;          ///< noise realizations for the layers over draws; [1, 10,000]
+  int samples = 64;        ///< noise realizations for the layers over draws; [1, 10,000]
   std::uint64_t seed = 1;  ///< same realizations at every cell (common random numbers): smooth maps
   /// Throws InputError naming the field and its bound.
   void validate() const;
@@ -53,7 +53,8 @@ enum class CellMethod : std::uint8_t {
   /// cell has are missed there; diffuse paths are those of the block's node. docs/heatmap.md states the
   /// resulting errors.
   Steady,
-  /// A receiver::Receiver for each cell and realization (ReceiverDraws). Values without noise are those of
+  /// A receiver::Receiver for each cell and realization (ReceiverRealizations). Values without noise are
+  /// those of
   /// realization 0 of a receiver without range errors (satellite, atmosphere), with C/N0 reported without
   /// noise, without per-satellite constants, unmapped shadows and traffic. The noise is removed from its
   /// pseudoranges (its mean stays), which are solved by positioning::solve_fix() with the receiver's own
@@ -80,7 +81,7 @@ struct Movement {
 struct CellReceiver {
   const simulation::ReceiverConfig& config;
   const simulation::ReceiverConfig* base = nullptr;  ///< at a fixed position, settled, for layers of RTK
-  DrawOptions draws;
+  DrawOptions samples;
   CellReceiverOptions how;
   LimitOptions limits;
   std::optional<Movement> movement;  ///< of Steady; empty: it is stationary in each cell

@@ -152,7 +152,7 @@ class Downtown {
     receiver_.options.signal.shadowing.skyline.fraction = 1;
     receiver_.options.signal.dll.narrow_below_dbhz = 30;  // above the threshold of acquisition
     receiver_.options.signal.shadowing.environment = disturbance::ShadowingEnvironment::Suburban;
-    draws_.draws = 4;
+    samples_.samples = 4;
   }
   [[nodiscard]] const ReceiverOptions& options() const { return receiver_.options; }
   [[nodiscard]] Maps steady(const ReceiverOptions& options) const {
@@ -165,7 +165,7 @@ class Downtown {
     simulation::ReceiverConfig config = receiver_;
     config.options = options;
     const TileTracer tracer(environment_, receiver_.propagation, 0.1);
-    const auto solver = cell_solver(method, environment_, tracer, {config, nullptr, draws_, {}, {}, {}});
+    const auto solver = cell_solver(method, environment_, tracer, {config, nullptr, samples_, {}, {}, {}});
     Grid grid = Grid::covering(-24, -24, 24, 24, 6);
     const TileCells cells = tracer.cells(grid, grid.tile(0), nullptr, 2, AltitudeKind::AboveTerrain);
     Maps maps(kLayers.size(), std::vector<float>(cells.state.size()));
@@ -179,7 +179,7 @@ class Downtown {
       std::make_shared<test::CircularSky>(std::vector{System::GPS, System::GLONASS, System::Galileo}),
       {{System::GPS, {{1e-8, 0, 0, 0}, {9e4, 0, 0, 0}}}}};
   simulation::ReceiverConfig receiver_;
-  DrawOptions draws_;
+  DrawOptions samples_;
 };
 
 TEST(CellMethod, LaterFieldsDoNotChangeAFirstFix) {
@@ -221,14 +221,14 @@ TEST(CellMethod, OfSharedCellsChangeTheMap) {
   scene.lay({-16, -16}, 2, 16, 16, 15);
   scene.look(geodesy::radians(5));
   scene.receive(0.5, 0.2, 60, 3);
-  DrawOptions draws;
-  draws.draws = 4;
+  DrawOptions monte_carlo;
+  monte_carlo.samples = 4;
   std::vector<gnss::SatelliteId> ids;
   for (const orbit::LineOfSight& line : scene.signals.satellites) ids.push_back(line.id);
   const auto space =
       std::make_shared<errors::SpaceErrors>(errors::SpaceErrorOptions(), 1, ids, scene.klobuchar);
   const auto solve = [&](const ReceiverOptions& options) {
-    return test::solve(SharedReceiver{options, draws, scene.klobuchar, {}, space}, scene, kLayers);
+    return test::solve(SharedReceiver{options, monte_carlo, scene.klobuchar, {}, space}, scene, kLayers);
   };
   ReceiverOptions base;
   base.fix.max_iterations = 30;

@@ -70,7 +70,7 @@ struct CellValues {
 };
 
 /// Fixes of a cell's realizations.
-struct DrawnFixes {
+struct SampledFixes {
   std::vector<double> horizontal_m, vertical_m;  ///< errors, the vertical ones without sign
   std::vector<double> protection_m;              ///< protection levels
 
@@ -82,8 +82,8 @@ struct DrawnFixes {
         positioning::horizontal_protection_level_m(covariance_enu, limits.protection_factor));
   }
   /// Sets all layers over draws; reorders the errors. @param draws number of realizations, also without a fix
-  void describe(const LimitOptions& limits, int draws, CellValues& values, bool horizontal_quantiles = true,
-                bool vertical_quantiles = true) {
+  void describe(const LimitOptions& limits, int sample_count, CellValues& values,
+                bool horizontal_quantiles = true, bool vertical_quantiles = true) {
     const auto fixes = static_cast<double>(horizontal_m.size());
     int beyond = 0, misled = 0, is_protected = 0;
     for (std::size_t i = 0; i < horizontal_m.size(); ++i) {
@@ -91,7 +91,7 @@ struct DrawnFixes {
       misled += horizontal_m[i] > protection_m[i];
       is_protected += protection_m[i] <= limits.alert_m;
     }
-    values.set(Layer::ProtectedAvailability, static_cast<double>(is_protected) / draws);
+    values.set(Layer::ProtectedAvailability, static_cast<double>(is_protected) / sample_count);
     if (horizontal_m.empty()) return;
     values.set(Layer::HorizontalErrorExceedance, beyond / fixes);
     values.set(Layer::MisleadingFraction, misled / fixes);
@@ -105,8 +105,8 @@ struct DrawnFixes {
   return info(layer).received && of_solver(layer);
 }
 /// The layers over draws.
-[[nodiscard]] inline bool over_draws(Layer layer) {
-  return info(layer).draws && of_solver(layer);
+[[nodiscard]] inline bool is_sample_layer(Layer layer) {
+  return info(layer).needs_samples && of_solver(layer);
 }
 
 /// Fills the layers Mine() of a tile, each row a task; solve_cell(place, values) computes those of a cell.

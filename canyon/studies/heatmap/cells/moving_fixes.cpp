@@ -24,7 +24,7 @@ double length_of(const std::array<int, 2>& step) {
 
 bool of_motion(Layer layer) {
   return layer == Layer::HorizontalError || layer == Layer::VerticalError || layer == Layer::Availability ||
-         layer == Layer::ProtectionLevel || (info(layer).draws && of_solver(layer));
+         layer == Layer::ProtectionLevel || (info(layer).needs_samples && of_solver(layer));
 }
 
 /// The filter along one line.
@@ -170,7 +170,7 @@ void MovingFixes::filter() {
 
 void MovingFixes::describe(std::size_t cell, const LimitOptions& limits, bool statistics,
                            CellValues& values) const {
-  DrawnFixes drawn;
+  SampledFixes sampled;
   for (std::size_t lane = 0; lane < lanes_; ++lane) {
     const Fix& fix = fixes_[lane * cells_.state.size() + cell];
     const bool solved = fix.horizontal_m2 > 0;
@@ -182,15 +182,15 @@ void MovingFixes::describe(std::size_t cell, const LimitOptions& limits, bool st
       values.set(Layer::VerticalError, fix.up_m);
       values.set(Layer::ProtectionLevel, protection_m);
     } else if (solved) {
-      drawn.horizontal_m.push_back(fix.east_m);
-      drawn.vertical_m.push_back(std::abs(fix.up_m));
-      drawn.protection_m.push_back(protection_m);
+      sampled.horizontal_m.push_back(fix.east_m);
+      sampled.vertical_m.push_back(std::abs(fix.up_m));
+      sampled.protection_m.push_back(protection_m);
     }
   }
   if (lanes_ == 1) return;
-  const auto draws = static_cast<int>(lanes_) - 1;
-  values.set(Layer::Availability, static_cast<double>(drawn.horizontal_m.size()) / draws);
-  if (statistics) drawn.describe(limits, draws, values);
+  const auto sample_count = static_cast<int>(lanes_) - 1;
+  values.set(Layer::Availability, static_cast<double>(sampled.horizontal_m.size()) / sample_count);
+  if (statistics) sampled.describe(limits, sample_count, values);
 }
 
 }  // namespace canyon::heatmap

@@ -11,33 +11,37 @@ namespace canyon::heatmap {
 
 using Eigen::Vector3d;
 
-std::uint64_t seed_of(const DrawOptions& draws, geodesy::GpsTime time, int draw) {
-  return RandomStream(draws.seed, fmt::format("heatmap/{}/{}", time.nanoseconds(), draw)).next();
+std::uint64_t seed_of(const DrawOptions& monte_carlo, geodesy::GpsTime time, int draw) {
+  return RandomStream(monte_carlo.seed, fmt::format("heatmap/{}/{}", time.nanoseconds(), draw)).next();
 }
 
-std::vector<errors::SpaceErrors> space_of_draws(const errors::SpaceErrors* errors, const DrawOptions& draws,
-                                                geodesy::GpsTime time, int count,
-                                                std::span<const gnss::SatelliteId> satellites) {
+std::vector<errors::SpaceErrors> range_errors_by_sample(const errors::SpaceErrors* errors,
+                                                        const DrawOptions& monte_carlo, geodesy::GpsTime time,
+                                                        int count,
+                                                        std::span<const gnss::SatelliteId> satellites) {
   std::vector<errors::SpaceErrors> space;
   if (errors == nullptr) return space;
   space.reserve(static_cast<std::size_t>(count));
-  for (int d = 0; d < count; ++d) space.push_back(errors->drawn_by(seed_of(draws, time, d), satellites));
+  for (int d = 0; d < count; ++d)
+    space.push_back(errors->sampled_by(seed_of(monte_carlo, time, d), satellites));
   return space;
 }
 
-ReceiverDraws::ReceiverDraws(const simulation::Environment& environment,
-                             const propagation::Propagator& propagator,
-                             const simulation::ReceiverConfig& receiver, const DrawOptions& draws)
+ReceiverRealizations::ReceiverRealizations(const simulation::Environment& environment,
+                                           const propagation::Propagator& propagator,
+                                           const simulation::ReceiverConfig& receiver,
+                                           const DrawOptions& monte_carlo)
     : environment_(&environment),
       propagator_(&propagator),
       options_(receiver.options),
       disturbances_(receiver.disturbances),
       streets_(simulation::streets_of(receiver, environment.city(), nullptr)),
-      draws_(draws) {
+      samples_(monte_carlo) {
   options_.signal.lock.warm_start = true;
 }
 
-std::vector<disturbance::DisturbanceSource> ReceiverDraws::disturbances_at(const Vector3d& point) const {
+std::vector<disturbance::DisturbanceSource> ReceiverRealizations::disturbances_at(
+    const Vector3d& point) const {
   std::vector<disturbance::DisturbanceSource> disturbances = disturbances_;
   if (streets_) {
     disturbance::StreetsOptions streets = *streets_;
@@ -49,24 +53,25 @@ std::vector<disturbance::DisturbanceSource> ReceiverDraws::disturbances_at(const
   return disturbances;
 }
 
-std::vector<std::unique_ptr<receiver::Receiver>> ReceiverDraws::receivers_at(geodesy::GpsTime time,
-                                                                             const Vector3d& point) const {
+std::vector<std::unique_ptr<receiver::Receiver>> ReceiverRealizations::receivers_at(
+    geodesy::GpsTime time, const Vector3d& point) const {
   const std::vector<disturbance::DisturbanceSource> disturbances = disturbances_at(point);
   std::vector<std::unique_ptr<receiver::Receiver>> receivers;
-  receivers.reserve(static_cast<std::size_t>(draws_.draws));
-  for (int d = 0; d < draws_.draws; ++d)
+  receivers.reserve(static_cast<std::size_t>(samples_.samples));
+  for (int d = 0; d < samples_.samples; ++d)
     receivers.push_back(std::make_unique<receiver::Receiver>(options_, seed(time, d), disturbances));
   return receivers;
 }
 
-ReceiverDraws::Scene ReceiverDraws::look(geodesy::GpsTime now, const Vector3d& point,
-                                         const Vector3d& antenna_position_ecef) const {
+ReceiverRealizations::Scene ReceiverRealizations::look(geodesy::GpsTime now, const Vector3d& point,
+                                                       const Vector3d& antenna_position_ecef) const {
   return {{now, antenna_position_ecef, Vector3d::Zero()}, environment_->arrival(now, point, *propagator_)};
 }
 
-receiver::ReceiverEpoch ReceiverDraws::observe(receiver::Receiver& receiver, const Scene& scene,
-                                               std::span<const errors::SpaceErrors> space, std::size_t draw,
-                                               const relative::Corrections* corrections) const {
+receiver::ReceiverEpoch ReceiverRealizations::observe(receiver::Receiver& receiver, const Scene& scene,
+                                                      std::span<const errors::SpaceErrors> space,
+                                                      std::size_t draw,
+                                                      const relative::Corrections* corrections) const {
   propagation::Arrival arrival = scene.arrival;  // a copy, since it is disturbed
   for (propagation::SatelliteView& view : arrival.views) view.space.reset();
   if (!space.empty()) {

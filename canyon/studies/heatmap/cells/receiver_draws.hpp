@@ -14,33 +14,32 @@
 namespace canyon::heatmap {
 
 /// Seed of the receiver of one realization at a time: the same at all cells.
-[[nodiscard]] std::uint64_t seed_of(const DrawOptions& draws, geodesy::GpsTime time, int draw);
+[[nodiscard]] std::uint64_t seed_of(const DrawOptions& monte_carlo, geodesy::GpsTime time, int draw);
 
 /// Range errors of realizations 0 to count - 1 at a time, each by its seed_of(). @param errors null: none
-[[nodiscard]] std::vector<errors::SpaceErrors> space_of_draws(const errors::SpaceErrors* errors,
-                                                              const DrawOptions& draws, geodesy::GpsTime time,
-                                                              int count,
-                                                              std::span<const gnss::SatelliteId> satellites);
+[[nodiscard]] std::vector<errors::SpaceErrors> range_errors_by_sample(
+    const errors::SpaceErrors* errors, const DrawOptions& monte_carlo, geodesy::GpsTime time, int count,
+    std::span<const gnss::SatelliteId> satellites);
 
 /// The receivers of all realizations of a map, in time steps: at every point, realization d of a time has the
 /// same seed, so that maps are smooth and do not depend on tiles. They have run before
 /// (SignalLockOptions::warm_start) and are at rest. Const, thread-safe.
-class ReceiverDraws {
+class ReceiverRealizations {
  public:
   /// The environment and the propagator must outlive it.
-  ReceiverDraws(const simulation::Environment& environment, const propagation::Propagator& propagator,
-                const simulation::ReceiverConfig& receiver, const DrawOptions& draws);
+  ReceiverRealizations(const simulation::Environment& environment, const propagation::Propagator& propagator,
+                       const simulation::ReceiverConfig& receiver, const DrawOptions& monte_carlo);
 
   [[nodiscard]] const receiver::ReceiverOptions& options() const { return options_; }
   [[nodiscard]] const simulation::Environment& environment() const { return *environment_; }
-  [[nodiscard]] int count() const { return draws_.draws; }
+  [[nodiscard]] int count() const { return samples_.samples; }
   [[nodiscard]] std::uint64_t seed(geodesy::GpsTime time, int draw) const {
-    return seed_of(draws_, time, draw);
+    return seed_of(samples_, time, draw);
   }
   /// Range errors of the first realizations.
   [[nodiscard]] std::vector<errors::SpaceErrors> space(geodesy::GpsTime time, int count) const {
-    return space_of_draws(environment_->errors().get(), draws_, time, count,
-                          environment_->sky().satellites());
+    return range_errors_by_sample(environment_->errors().get(), samples_, time, count,
+                                  environment_->sky().satellites());
   }
 
   /// The disturbances of a receiver at a point. Each realization has its own street
@@ -74,7 +73,7 @@ class ReceiverDraws {
   receiver::ReceiverOptions options_;
   std::vector<disturbance::DisturbanceSource> disturbances_;
   std::optional<disturbance::StreetsOptions> streets_;
-  DrawOptions draws_;
+  DrawOptions samples_;
 };
 
 }  // namespace canyon::heatmap

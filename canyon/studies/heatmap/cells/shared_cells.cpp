@@ -82,12 +82,12 @@ struct SetSolution {
 };
 
 /// Lengths of a fix's total error (error plus noise), for all realizations. @param noise [axis][draw]
-CANYON_CLONES void measure(const double* error, const double* noise, std::size_t draws, double* horizontal_m,
-                           double* vertical_m) {
-  for (std::size_t draw = 0; draw < draws; ++draw) {
-    const double east = error[0] + noise[draw], north = error[1] + noise[draws + draw];
+CANYON_CLONES void measure(const double* error, const double* noise, std::size_t sample_count,
+                           double* horizontal_m, double* vertical_m) {
+  for (std::size_t draw = 0; draw < sample_count; ++draw) {
+    const double east = error[0] + noise[draw], north = error[1] + noise[sample_count + draw];
     horizontal_m[draw] = std::sqrt(east * east + north * north);
-    vertical_m[draw] = std::abs(error[2] + noise[2 * draws + draw]);
+    vertical_m[draw] = std::abs(error[2] + noise[2 * sample_count + draw]);
   }
 }
 
@@ -99,9 +99,9 @@ class SharedTile {
       : receiver_(receiver),
         cells_(cells),
         signals_(signals),
-        draws_(std::any_of(wanted.begin(), wanted.end(), over_draws)
-                   ? static_cast<std::size_t>(receiver.draws.draws)
-                   : 0),
+        samples_(std::any_of(wanted.begin(), wanted.end(), is_sample_layer)
+                     ? static_cast<std::size_t>(receiver.samples.samples)
+                     : 0),
         signals_wanted_(std::any_of(wanted.begin(), wanted.end(), needs_signals)),
         fixes_(std::any_of(wanted.begin(), wanted.end(), needs_fix)),
         errors_{receiver.options, receiver.klobuchar, time,
@@ -118,11 +118,11 @@ class SharedTile {
     horizontal_quantiles_ = is_wanted(Layer::HorizontalErrorP50) || is_wanted(Layer::HorizontalErrorP95);
     vertical_quantiles_ = is_wanted(Layer::VerticalErrorP50) || is_wanted(Layer::VerticalErrorP95);
     if (!fixes_) return;
-    noise_m_.assign(2 * signals.satellites.size() * draws_, 0);
+    noise_m_.assign(2 * signals.satellites.size() * samples_, 0);
     std::vector<gnss::SatelliteId> ids;
     for (const orbit::LineOfSight& line : signals.satellites) ids.push_back(line.id);
     const auto space =
-        space_of_draws(receiver.space.get(), receiver.draws, time, static_cast<int>(draws_), ids);
+        range_errors_by_sample(receiver.space.get(), receiver.samples, time, static_cast<int>(samples_), ids);
     std::vector<errors::SpaceErrors::Reception> receptions;
     for (const errors::SpaceErrors& each : space)
       receptions.push_back(each.reception(time, geodesy::ecef_from_geodetic(errors_.centre)));
@@ -130,9 +130,9 @@ class SharedTile {
       const gnss::Signal* signal = errors_.signal_of(line.id);
       if (signal == nullptr) signal = &gnss::signals_of(line.id.system).front();
       ranges_.push_back(range_of(line, *signal));
-      if (draws_ == 0) continue;
+      if (samples_ == 0) continue;
       draw_noise(ranges_.size() - 1, *signal);
-      double* const own = noise_m_.data() + (ranges_.size() - 1) * draws_;
+      double* const own = noise_m_.data() + (ranges_.size() - 1) * samples_;
       const double carrier_hz = gnss::carrier_hz(*signal, line.state.carrier_frequency_hz);
       const double without_m = errors_.error_m({line, {}}, *signal, carrier_hz);
       for (std::size_t d = 0; d < space.size(); ++d) {
@@ -178,18 +178,19 @@ class SharedTile {
   void locate(const SetSolution& set, const Vector3d& error) {
     values_.set(Layer::Availability, set.fix.solved ? 1 : 0);
     values_.set(Layer::SatellitesUsed, set.fix.used);
-    if (draws_ > 0) values_.set(Layer::ProtectedAvailability, 0);
+    if (samples_ > 0) values_.set(Layer::ProtectedAvailability, 0);
     if (!set.fix.solved) return;
     const double protection_m =
         positioning::horizontal_protection_level_m(set.fix.covariance, receiver_.limits.protection_factor);
     values_.set_fix(error, set.fix.dop, protection_m);
-    if (draws_ == 0) return;
-    drawn_.horizontal_m.resize(draws_);
-    drawn_.vertical_m.resize(draws_);
-    measure(error.data(), set.noise.data(), draws_, drawn_.horizontal_m.data(), drawn_.vertical_m.data());
-    drawn_.protection_m.assign(draws_, protection_m);
-    drawn_.describe(receiver_.limits, receiver_.draws.draws, values_, horizontal_quantiles_,
-                    vertical_quantiles_);
+    if (samples_ == 0) return;
+    sampled_.horizontal_m.resize(samples_);
+    sampled_.vertical_m.resize(samples_);
+    measure(error.data(), set.noise.data(), samples_, sampled_.horizontal_m.data(),
+            sampled_.vertical_m.data());
+    sampled_.protection_m.assign(samples_, protection_m);
+    sampled_.describe(receiver_.limits, receiver_.samples.samples, values_, horizontal_quantiles_,
+                      vertical_quantiles_);
   }
 
   const SetSolution& solution(const SatelliteSet& set) {
@@ -209,15 +210,15 @@ class SharedTile {
     solution.fix = fix_.solve(ranges, true);
     if (!solution.fix.solved) return;
     solution.gains.assign(ranges_.size(), Vector3d::Zero());
-    solution.noise.assign(3 * draws_, 0);
+    solution.noise.assign(3 * samples_, 0);
     for (const CellRange& range : ranges) {
       const Vector3d& gain = solution.gains[range.satellite] = fix_.gain(range);
-      const double* code = noise_m_.data() + range.satellite * draws_;
-      const double* drift = code + ranges_.size() * draws_;
-      for (std::size_t draw = 0; draw < draws_; ++draw) {
+      const double* code = noise_m_.data() + range.satellite * samples_;
+      const double* drift = code + ranges_.size() * samples_;
+      for (std::size_t draw = 0; draw < samples_; ++draw) {
         const double error_m = code[draw] + (set.drifting ? drift[draw] : 0);
         for (std::size_t axis = 0; axis < 3; ++axis)
-          solution.noise[axis * draws_ + draw] += error_m * gain[static_cast<Eigen::Index>(axis)];
+          solution.noise[axis * samples_ + draw] += error_m * gain[static_cast<Eigen::Index>(axis)];
       }
     }
   }
@@ -239,7 +240,7 @@ class SharedTile {
   /// Drift of the receiver's delay in one realization.
   [[nodiscard]] double drift_m(std::size_t draw, const gnss::Signal& signal) const {
     if (receiver_.options.biases.drift_sigma_m == 0) return 0;
-    const std::uint64_t seed = seed_of(receiver_.draws, errors_.time, static_cast<int>(draw));
+    const std::uint64_t seed = seed_of(receiver_.samples, errors_.time, static_cast<int>(draw));
     return receiver::bias_drift(receiver_.options, seed, signal).advance(0);
   }
 
@@ -250,10 +251,10 @@ class SharedTile {
     const double sigma_m = noise.enabled ? noise.ou.standard_deviation_m() : 0;
     const std::string key = fmt::format("heatmap/{}/{}", gnss::to_string(signals_.satellites[satellite].id),
                                         errors_.time.nanoseconds());
-    RandomStream code(receiver_.draws.seed, key + "/code"), mean(receiver_.draws.seed, key + "/mean");
-    double* const own = noise_m_.data() + satellite * draws_;
-    double* const drift = own + signals_.satellites.size() * draws_;
-    for (std::size_t draw = 0; draw < draws_; ++draw) {
+    RandomStream code(receiver_.samples.seed, key + "/code"), mean(receiver_.samples.seed, key + "/mean");
+    double* const own = noise_m_.data() + satellite * samples_;
+    double* const drift = own + signals_.satellites.size() * samples_;
+    for (std::size_t draw = 0; draw < samples_; ++draw) {
       own[draw] = sigma_m * code.normal() + drift_m(draw, signal) - drift_m(0, signal);
       if (noise.enabled && noise.drift_enabled)
         drift[draw] = receiver::NoiseOptions::kDriftMuSigma_m * mean.normal();
@@ -263,7 +264,7 @@ class SharedTile {
   const SharedReceiver& receiver_;
   const TileCells& cells_;
   const TileSignals& signals_;
-  std::size_t draws_;
+  std::size_t samples_;
   bool signals_wanted_, fixes_, horizontal_quantiles_ = false, vertical_quantiles_ = false;
   TileErrors errors_;
   CellFix fix_;
@@ -272,7 +273,7 @@ class SharedTile {
   std::unordered_map<SatelliteSet, SetSolution, HashOfSet> sets_;
   SatelliteSet last_set_;
   const SetSolution* last_ = nullptr;
-  DrawnFixes drawn_;
+  SampledFixes sampled_;
   CellValues values_;
 };
 

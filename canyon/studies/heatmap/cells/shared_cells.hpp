@@ -13,7 +13,7 @@ namespace canyon::heatmap {
 /// A receiver whose signals have no strength, in the cells of a map.
 struct SharedReceiver {
   receiver::ReceiverOptions options;  ///< for which cell_method() is Shared
-  DrawOptions draws;
+  DrawOptions samples;
   std::map<gnss::System, gnss::Klobuchar> klobuchar;
   LimitOptions limits;
   std::shared_ptr<const errors::SpaceErrors> space = nullptr;  ///< null: none

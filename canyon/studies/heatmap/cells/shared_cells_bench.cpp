@@ -70,9 +70,9 @@ double solve_s(const test::TileScene& scene, const receiver::ReceiverOptions& op
 
 const std::vector<Layer> kOnce{Layer::HorizontalError,   Layer::VerticalError, Layer::Hdop, Layer::Pdop,
                                Layer::SatellitesVisible, Layer::Availability};
-const std::vector<Layer> kDrawn{Layer::HorizontalErrorMean, Layer::HorizontalErrorRms,
-                                Layer::HorizontalErrorP50,  Layer::HorizontalErrorP95,
-                                Layer::VerticalErrorRms,    Layer::VerticalErrorP95};
+const std::vector<Layer> kRendered{Layer::HorizontalErrorMean, Layer::HorizontalErrorRms,
+                                   Layer::HorizontalErrorP50,  Layer::HorizontalErrorP95,
+                                   Layer::VerticalErrorRms,    Layer::VerticalErrorP95};
 
 /// state.range(0): 0: 10 satellites, 1: all of four systems; state.range(1): 1: troposphere corrected;
 /// `times`: how often one solve_fix() fits into a cell's time.
@@ -107,7 +107,7 @@ BENCHMARK_CAPTURE(cells, once, kOnce)
     ->Args({0, 0})
     ->Args({0, 1})
     ->Args({1, 0});
-BENCHMARK_CAPTURE(cells, draws, kDrawn)
+BENCHMARK_CAPTURE(cells, samples, kRendered)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond)
     ->Args({0, 0})

@@ -208,24 +208,24 @@ TEST(SharedCells, QuantilesAreThoseOfTheDraws) {
                                   Layer::HorizontalErrorP95,  Layer::VerticalErrorMean,
                                   Layer::VerticalErrorP50,    Layer::VerticalErrorP95,
                                   Layer::HorizontalErrorRms};
-  constexpr int kDraws = 12;
+  constexpr int kSamples = 12;
   std::vector<Maps> maps;
-  for (int draws = 1; draws <= kDraws; ++draws) {
-    maps.push_back(solve(SharedReceiver{{}, {draws, 3}, {}, {}}, scene, wanted));
+  for (int sample_count = 1; sample_count <= kSamples; ++sample_count) {
+    maps.push_back(solve(SharedReceiver{{}, {sample_count, 3}, {}, {}}, scene, wanted));
   }
   for (std::size_t cell = 0; cell < 9; ++cell) {
     for (const std::size_t layer : {std::size_t{0}, std::size_t{3}}) {
       std::vector<double> values;
       double squares = 0;
-      for (int draws = 1; draws <= kDraws; ++draws) {
-        const auto i = static_cast<std::size_t>(draws - 1);
-        const double before = draws == 1 ? 0 : (draws - 1) * double{maps[i - 1][layer][cell]};
-        values.push_back(draws * double{maps[i][layer][cell]} - before);
+      for (int sample_count = 1; sample_count <= kSamples; ++sample_count) {
+        const auto i = static_cast<std::size_t>(sample_count - 1);
+        const double before = sample_count == 1 ? 0 : (sample_count - 1) * double{maps[i - 1][layer][cell]};
+        values.push_back(sample_count * double{maps[i][layer][cell]} - before);
         squares += values.back() * values.back();
         std::vector<double> sorted = values;
         std::sort(sorted.begin(), sorted.end());
         const auto type7 = [&](double p) {
-          const double rank = p * (draws - 1);
+          const double rank = p * (sample_count - 1);
           const auto low = static_cast<std::size_t>(rank);
           const std::size_t high = std::min(low + 1, sorted.size() - 1);
           return sorted[low] + (rank - std::floor(rank)) * (sorted[high] - sorted[low]);
@@ -233,7 +233,7 @@ TEST(SharedCells, QuantilesAreThoseOfTheDraws) {
         EXPECT_NEAR(maps[i][layer + 1][cell], type7(0.5), 1e-3);
         EXPECT_NEAR(maps[i][layer + 2][cell], type7(0.95), 1e-3);
         if (layer == 0) {
-          EXPECT_NEAR(maps[i][6][cell], std::sqrt(squares / draws), 1e-3);
+          EXPECT_NEAR(maps[i][6][cell], std::sqrt(squares / sample_count), 1e-3);
         }
       }
       EXPECT_GT(*std::max_element(values.begin(), values.end()),

@@ -323,14 +323,14 @@ void SteadyCell::locate(bool statistics, CellValues& values) {
     return;
   }
   if (ranges_.size() == 1) return;
-  DrawnFixes fixes;
+  SampledFixes fixes;
   for (std::size_t i = 1; i < ranges_.size(); ++i) {
     const CellFix::CellSolution answer = fix_.solve(ranges_[i], statistics);
     if (answer.solved) fixes.add(answer.error, answer.covariance, limits_);
   }
-  const auto draws = static_cast<int>(ranges_.size()) - 1;
-  values.set(Layer::Availability, static_cast<double>(fixes.horizontal_m.size()) / draws);
-  if (statistics) fixes.describe(limits_, draws, values);
+  const auto sample_count = static_cast<int>(ranges_.size()) - 1;
+  values.set(Layer::Availability, static_cast<double>(fixes.horizontal_m.size()) / sample_count);
+  if (statistics) fixes.describe(limits_, sample_count, values);
 }
 
 void SteadyCell::solve(const Vector3d& point, std::span<const propagation::KnownEdge> edges,

@@ -31,23 +31,23 @@ std::shared_ptr<const tracking::LaneCodeLock> lane_lock_of(
 }  // namespace
 
 SteadySky::SteadySky(const simulation::Environment& environment, const receiver::ReceiverOptions& options,
-                     int most_bundles, const DrawOptions& draws, int lanes, const Vector3d& centre,
+                     int most_bundles, const DrawOptions& monte_carlo, int lanes, const Vector3d& centre,
                      geodesy::GpsTime time)
     : lanes_(lanes), padded_(tracking::LaneCodeLock::padded(static_cast<std::size_t>(lanes))) {
   const geodesy::LocalFrame& frame = environment.city().frame;
   const Vector3d centre_ecef = frame.ecef_from_local(centre);
   const orbit::Observer observer(centre_ecef);
-  const std::string key = receiver::draws_of(options);
+  const std::string key = receiver::stream_name(options);
   // Lane 0 has the phases of realization 0.
   const int models = std::max(1, lanes - 1);
-  Draws drawn;
+  NoiseSamples sampled;
   const double height_m = environment.scene().height_above_ground(centre);
   const bool obstacles = *disturbance::skyline_numbers(options.signal.shadowing).fraction > 0;
   for (int d = 0; d < models; ++d) {
-    const std::uint64_t seed = drawn.seeds.emplace_back(seed_of(draws, time, d));
+    const std::uint64_t seed = sampled.seeds.emplace_back(seed_of(monte_carlo, time, d));
     models_.emplace_back(options.signal, seed, options.name, key);
     if (options.signal.shadowing.active()) {
-      drawn.shadowings.emplace_back(options.signal.shadowing, seed, key).go_to(0, height_m);
+      sampled.shadowings.emplace_back(options.signal.shadowing, seed, key).go_to(0, height_m);
       if (obstacles) skylines_.emplace_back(options.signal.shadowing, seed);
     }
   }
@@ -61,9 +61,9 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
     above.push_back(id);
     lines.push_back(*line);
   }
-  drawn.space = space_of_draws(environment.errors().get(), draws, time, lanes - 1, above);
-  for (const errors::SpaceErrors& each : drawn.space)
-    drawn.receptions.push_back(each.reception(time, centre_ecef));
+  sampled.space = range_errors_by_sample(environment.errors().get(), monte_carlo, time, lanes - 1, above);
+  for (const errors::SpaceErrors& each : sampled.space)
+    sampled.receptions.push_back(each.reception(time, centre_ecef));
 
   std::erase_if(lines, [&](const orbit::LineOfSight& line) { return common.signal_of(line.id) == nullptr; });
   fix_satellites_ = heatmap::fix_satellites(lines, common.centre);
@@ -72,7 +72,7 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
   for (const orbit::LineOfSight& line : lines) {
     SteadySatellite s = satellite_of(common, line, locks);
     s.direction = directions_.emplace_back(local_from_ecef * line.direction_ecef);
-    fill_lanes(common, drawn, static_cast<std::size_t>(most_bundles), s);
+    fill_lanes(common, sampled, static_cast<std::size_t>(most_bundles), s);
     satellites_.push_back(std::move(s));
   }
 }
@@ -95,7 +95,8 @@ SteadySatellite SteadySky::satellite_of(const TileErrors& common, const orbit::L
 }
 
 /// Sets the random values of each lane's receiver.
-void SteadySky::fill_lanes(const TileErrors& common, Draws& draws, std::size_t bundles, SteadySatellite& s) {
+void SteadySky::fill_lanes(const TileErrors& common, NoiseSamples& samples, std::size_t bundles,
+                           SteadySatellite& s) {
   const receiver::ReceiverOptions& options = common.options;
   const orbit::LineOfSight& line = s.line;
   const Vector3d look = geodesy::enu_from_azimuth_elevation(line.azimuth_rad, line.elevation_rad);
@@ -110,19 +111,19 @@ void SteadySky::fill_lanes(const TileErrors& common, Draws& draws, std::size_t b
     const double offset_db = quiet ? gnss::sum_of(options.signal.offset_db, line.id, *s.signal, common.time)
                                    : model.offset_db(line.id, *s.signal, common.time);
     s.clear_cn0_hz[i] = tracking::cn0_hz(model.clear_cn0_dbhz(*s.signal, line.elevation_rad, offset_db));
-    s.direct_factor[i] = quiet || draws.shadowings.empty()
+    s.direct_factor[i] = quiet || samples.shadowings.empty()
                              ? 1
-                             : std::pow(10, draws.shadowings[d].of(look).level_db / kAmplitudePerDb);
+                             : std::pow(10, samples.shadowings[d].of(look).level_db / kAmplitudePerDb);
     propagation::SatelliteView view{line, {}};
-    if (!quiet && !draws.space.empty()) view.space = draws.space[d].at(line, draws.receptions[d]);
+    if (!quiet && !samples.space.empty()) view.space = samples.space[d].at(line, samples.receptions[d]);
     s.error_m[i] = common.error_m(view, *s.signal, s.carrier_hz);
     if (options.noise.enabled) {
       s.error_m[i] += quiet ? options.noise.ou.mu_m
-                            : receiver::pseudorange_noise(options, draws.seeds[d], line.id, *s.signal)
+                            : receiver::pseudorange_noise(options, samples.seeds[d], line.id, *s.signal)
                                   .advance(0, options.noise.ou.mu_m);
     }
     if (options.biases.drift_sigma_m > 0)
-      s.error_m[i] += receiver::bias_drift(options, draws.seeds[d], *s.signal).advance(0);
+      s.error_m[i] += receiver::bias_drift(options, samples.seeds[d], *s.signal).advance(0);
     if (!quiet) {
       s.code_normal[i] = tracking::LoopNoise(s.code->tracker().options().loop_bandwidth_hz,
                                              model.stream(line.id, *s.signal, "dll"))

@@ -45,7 +45,7 @@ struct SteadySatellite {
 class SteadySky {
  public:
   SteadySky(const simulation::Environment& environment, const receiver::ReceiverOptions& options,
-            int most_bundles, const DrawOptions& draws, int lanes, const Eigen::Vector3d& centre,
+            int most_bundles, const DrawOptions& monte_carlo, int lanes, const Eigen::Vector3d& centre,
             geodesy::GpsTime time);
 
   [[nodiscard]] const std::vector<SteadySatellite>& satellites() const { return satellites_; }
@@ -60,7 +60,7 @@ class SteadySky {
   [[nodiscard]] const std::vector<disturbance::Skyline>& skylines() const { return skylines_; }
 
  private:
-  struct Draws {
+  struct NoiseSamples {
     std::vector<std::uint64_t> seeds;                        ///< [draw]
     std::vector<errors::SpaceErrors> space;                  ///< [draw], or empty
     std::vector<errors::SpaceErrors::Reception> receptions;  ///< likewise, at the tile's centre
@@ -70,7 +70,8 @@ class SteadySky {
   using Locks = std::vector<std::shared_ptr<const tracking::LaneCodeLock>>;
   [[nodiscard]] SteadySatellite satellite_of(const TileErrors& common, const orbit::LineOfSight& line,
                                              Locks& locks);
-  void fill_lanes(const TileErrors& common, Draws& draws, std::size_t bundles, SteadySatellite& s);
+  void fill_lanes(const TileErrors& common, NoiseSamples& monte_carlo, std::size_t bundles,
+                  SteadySatellite& s);
 
   int lanes_;
   std::size_t padded_;

@@ -49,7 +49,7 @@ Values sample_map(const ReceiverConfig& receiver, const CellReceiverOptions& how
   request.grid.tile_size = 8;
   request.times = {kTime};
   request.altitudes_m = {2};
-  request.draws.draws = 8;
+  request.samples.samples = 8;
   request.receivers = how;
   request.layers = std::move(layers);
   const Heatmap map(downtown(), receiver, request, "");
@@ -104,7 +104,8 @@ TEST(CellMethods, AreTheReceiversThemselvesWherePathsAreTracedInEveryCell) {
       std::size_t alike = 0;
       for (std::size_t i = 0; i < run[l].size(); ++i) {
         const double a = run[l][i], b = steady[l][i];
-        const double near = info(layers[l]).draws ? 0.05 + 0.05 * std::abs(a) : 0.02 + 0.002 * std::abs(a);
+        const double near =
+            info(layers[l]).needs_samples ? 0.05 + 0.05 * std::abs(a) : 0.02 + 0.002 * std::abs(a);
         alike += (std::isnan(a) && std::isnan(b)) || std::abs(a - b) < near;
       }
       const double fraction = static_cast<double>(alike) / static_cast<double>(run[l].size());
@@ -155,7 +156,7 @@ TEST(CellMethods, HaveErrorsFromSpaceInEachDraw) {
   request.times = {kTime};
   request.altitudes_m = {2};
   request.altitude_kind = AltitudeKind::Ellipsoid;
-  request.draws.draws = 64;
+  request.samples.samples = 64;
   request.layers = {Layer::HorizontalError, Layer::HorizontalErrorP50};
   const auto map = [&](ReceiverModel model) {
     request.receivers = {model, 0};
@@ -217,7 +218,7 @@ TEST(CellMethods, AreTheSameOnAnyNumberOfThreads) {
   request.grid.tile_size = 40;
   request.times = {kTime};
   request.altitudes_m = {2};
-  request.draws.draws = 3;
+  request.samples.samples = 3;
   request.layers = {Layer::HorizontalErrorP95, Layer::Availability, Layer::LargestExcess};
   const Heatmap map(downtown(), sold("ublox-m10"), request, "");
   std::vector<float> first;

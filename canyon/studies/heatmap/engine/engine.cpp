@@ -126,7 +126,7 @@ void visit(options::Visitor& v, Request& o) {
     v.text({"layer", "", ""}, name);
     if (v.reads()) layer = layer_by_name(name);
   });
-  v.part("draws", o.draws);
+  v.part("draws", o.samples);
   v.part("receivers", o.receivers);
   v.part("limits", o.limits);
   visit(v, o.motion);
@@ -159,7 +159,7 @@ struct Heatmap::Impl {
     if (request.motion.moves()) movement = {request.motion, filter};
     solvers = cell_solvers(
         e, tracer,
-        {receiver, base ? &*base : nullptr, request.draws, request.receivers, request.limits, movement},
+        {receiver, base ? &*base : nullptr, request.samples, request.receivers, request.limits, movement},
         request.layers);
     const auto found = std::find(request.layers.begin(), request.layers.end(), Layer::SkyView);
     if (found != request.layers.end()) sky_view = static_cast<std::size_t>(found - request.layers.begin());

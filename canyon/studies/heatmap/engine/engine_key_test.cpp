@@ -70,8 +70,8 @@ TEST(HeatmapKey, ChangesWithEverythingThatValuesDependOn) {
   with_request("altitudes", [](Request& r) { r.altitudes_m = {2, 15, 30}; });
   with_request("times", [](Request& r) { r.times[1] = r.times[1] + std::chrono::nanoseconds(1); });
   with_request("layers", [](Request& r) { std::swap(r.layers[0], r.layers[1]); });
-  with_request("draws", [](Request& r) { r.draws.draws = 65; });
-  with_request("seed", [](Request& r) { r.draws.seed = 2; });
+  with_request("draws", [](Request& r) { r.samples.samples = 65; });
+  with_request("seed", [](Request& r) { r.samples.seed = 2; });
   options::Document document;
   document.known = options::describe(request).paths();
   for (const options::Key& each : options::describe(request).keys) {

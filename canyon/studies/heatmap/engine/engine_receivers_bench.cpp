@@ -132,7 +132,7 @@ int main(int argc, char** argv) {
   request.altitudes_m = {std::atof(given("altitude", "2").c_str())};
   request.layers.clear();
   request.layers = layers_of_one_look();
-  request.draws.draws = std::atoi(given("draws", "8").c_str());
+  request.samples.samples = std::atoi(given("draws", "8").c_str());
   simulation::ReceiverConfig receiver =
       simulation::parse_profile(std::string(simulation::built_in_profile(profile).text), profile).receiver;
   receiver.options.fix.elevation_mask_rad = geodesy::radians(10);

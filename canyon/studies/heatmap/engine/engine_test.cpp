@@ -135,7 +135,7 @@ TEST(Heatmap, FollowsWhatTheReceiverTracks) {
   std::vector<std::vector<float>> expected(request.layers.size(), std::vector<float>(cells.state.size()));
   const std::vector<std::span<float>> spans(expected.begin(), expected.end());
   EXPECT_TRUE(
-      cell_solver(CellMethod::Run, environment, tracer, {receiver, nullptr, request.draws, {}, {}, {}})
+      cell_solver(CellMethod::Run, environment, tracer, {receiver, nullptr, request.samples, {}, {}, {}})
           ->solve(cells, kTime, request.layers, spans, {}));
   int compared = 0;
   for (std::size_t l = 0; l < expected.size(); ++l) {
@@ -213,7 +213,7 @@ TEST(Heatmap, RequestsAreChecked) {
   broken([](Request& r) { r.times = {kTime, kTime - 1.0}; });
   broken([](Request& r) { r.layers = {}; });
   broken([](Request& r) { r.layers = {Layer::Hdop, Layer::Hdop}; });
-  broken([](Request& r) { r.draws.draws = 0; });
+  broken([](Request& r) { r.samples.samples = 0; });
   ReceiverConfig receiver = receiver_of(Model::Mirror);
   receiver.propagation.max_range_m = -1;
   EXPECT_THROW(Heatmap(downtown(), receiver, small_request(), ""), InputError);
@@ -226,7 +226,7 @@ TEST(Heatmap, ThreadsAndRanksGiveTheSameBytes) {
   for (const Model model : {Model::Mirror, Model::Specular}) {
     Request request = small_request();
     request.layers = layers_of_one_look();
-    request.draws.draws = 8;
+    request.samples.samples = 8;
     const Heatmap map = map_of(model, request);
     const std::vector<float> expected = computed(map);
     EXPECT_GT(std::count_if(expected.begin(), expected.end(), [](float v) { return !std::isnan(v); }), 1000);
@@ -386,7 +386,7 @@ TEST(Heatmap, ReceiversOfTheirOwnForEachCellAgree) {
   EXPECT_LE(check.different, 2U);
 
   request.layers = layers_of_one_look();
-  request.draws.draws = 300;
+  request.samples.samples = 300;
   request.grid = Grid::covering(-40.3, -36.7, -40.3 + 16, -36.7 + 16, 2);
   request.altitudes_m = {40};
   const std::vector<float> by_receivers = computed(Heatmap(downtown(), slow, request, ""));
@@ -398,13 +398,13 @@ TEST(Heatmap, ReceiversOfTheirOwnForEachCellAgree) {
     if (std::isnan(by_solver[i])) continue;
     const double difference =
         std::abs(static_cast<double>(by_solver[i]) - static_cast<double>(by_receivers[i]));
-    const double scale = info(layer).draws ? std::max(1.0, static_cast<double>(by_solver[i])) : 1.0;
+    const double scale = info(layer).needs_samples ? std::max(1.0, static_cast<double>(by_solver[i])) : 1.0;
     worst[layer] = std::max(worst[layer], difference / scale);
   }
   for (const auto& [layer, difference] : worst) {
     // 300 realizations: the standard error of an RMS is 4 %, of a quantile some 8 %; four of them are
     // allowed.
-    EXPECT_LT(difference, info(layer).draws ? 0.4 : 0.03) << info(layer).name;
+    EXPECT_LT(difference, info(layer).needs_samples ? 0.4 : 0.03) << info(layer).name;
   }
   EXPECT_EQ(worst.size(), request.layers.size());
 }
@@ -428,7 +428,7 @@ TEST(Heatmap, RtkLayersAreThoseOfAReceiverBesideItsBase) {
   Request request;
   request.grid = Grid::covering(0, 0, 4, 2, 2);
   request.times = {kTime};
-  request.draws.draws = 3;
+  request.samples.samples = 3;
   request.limits.rtk_s = 15;
   request.layers = {Layer::RtkFixedFraction, Layer::RtkTimeToFix, Layer::RtkFixedErrorP95};
   const auto map = [&](const std::vector<ReceiverConfig>& of) {
@@ -448,9 +448,9 @@ TEST(Heatmap, RtkLayersAreThoseOfAReceiverBesideItsBase) {
   EXPECT_TRUE(std::isnan(none[4]));
   EXPECT_NE(map(receivers("")).key(), map(receivers(", loss: 1")).key());
 
-  request.draws.draws = 10'000;
+  request.samples.samples = 10'000;
   EXPECT_THROW((void)map(receivers("")), InputError);  // gigabytes of the base's epochs
-  request.draws.draws = 3;
+  request.samples.samples = 3;
   auto without = receivers("");
   without.pop_back();
   EXPECT_THROW((void)map(without), InputError);
@@ -497,7 +497,7 @@ TEST(Heatmap, DrawsAStreetForEachDraw) {
   Request request = small_request(6);
   request.times.resize(1);
   request.altitudes_m = {2};
-  request.draws.draws = 8;
+  request.samples.samples = 8;
   request.layers = {Layer::SatellitesLos, Layer::HorizontalErrorP95};
   const Heatmap without(downtown(), empty, request, "");
   const Heatmap with(downtown(), in_traffic, request, "");
@@ -526,7 +526,7 @@ void expect_as_receiver(const std::function<void(receiver::ReceiverOptions&)>& c
   request.grid.tile_size = 5;
   request.altitudes_m = {2};
   request.times.resize(1);
-  request.draws.draws = 5;
+  request.samples.samples = 5;
   request.receivers.model = ReceiverModel::Run;
   request.layers = {Layer::HorizontalErrorMean, Layer::Availability, Layer::SatellitesVisible,
                     Layer::SatellitesLos};
@@ -547,7 +547,7 @@ void expect_as_receiver(const std::function<void(receiver::ReceiverOptions&)>& c
     for (int d = 0; d < 5; ++d) {
       // The seed of realization d at any cell, by its documented recipe.
       const std::uint64_t seed =
-          RandomStream(request.draws.seed,
+          RandomStream(request.samples.seed,
                        "heatmap/" + std::to_string(kTime.nanoseconds()) + "/" + std::to_string(d))
               .next();
       Receiver one(warm, seed);

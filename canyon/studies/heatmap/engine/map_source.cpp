@@ -109,7 +109,7 @@ MapSource map_source(const Heatmap& heatmap, const TileStore& store,
   if (receiver.streets.enabled) source.attributes["propagation_model"] += ", streets";
   if (const auto shift = simulation::draw_city_shift(scenario.city.georeference, scenario.seed))
     source.attributes["georeference"] = simulation::describe(*shift);
-  source.attributes["seed"] = std::to_string(heatmap.request().draws.seed);
+  source.attributes["seed"] = std::to_string(heatmap.request().samples.seed);
   source.slice = store_slices(heatmap, store);
   return source;
 }

@@ -49,7 +49,7 @@ std::vector<double> mapped(const ReceiverConfig& receiver, double north_m, Motio
   request.grid.tile_size = 512;
   request.times = {kTime};
   request.altitudes_m = {kHeight_m};
-  request.draws.draws = 16;
+  request.samples.samples = 16;
   request.motion = {motion, kPace_mps};
   request.layers = {Layer::HorizontalErrorP50};
   const Heatmap map(downtown(), receiver, request, "");

@@ -13,7 +13,7 @@
 namespace canyon::heatmap {
 namespace {
 
-constexpr bool kFix = true, kDraws = true, kLineOfSight = false;
+constexpr bool kFix = true, kSampled = true, kLineOfSight = false;
 
 using L = Layer;
 constexpr LayerInfo kLayers[]{
@@ -21,16 +21,18 @@ constexpr LayerInfo kLayers[]{
      "m", kFix},
     {L::VerticalError, "vertical_error",
      "vertical position error without noise and errors from space, up positive", "m", kFix},
-    {L::HorizontalErrorMean, "horizontal_error_mean", "mean horizontal position error", "m", kFix, kDraws},
-    {L::HorizontalErrorRms, "horizontal_error_rms", "RMS horizontal position error", "m", kFix, kDraws},
-    {L::HorizontalErrorP50, "horizontal_error_p50", "median horizontal position error", "m", kFix, kDraws},
+    {L::HorizontalErrorMean, "horizontal_error_mean", "mean horizontal position error", "m", kFix, kSampled},
+    {L::HorizontalErrorRms, "horizontal_error_rms", "RMS horizontal position error", "m", kFix, kSampled},
+    {L::HorizontalErrorP50, "horizontal_error_p50", "median horizontal position error", "m", kFix, kSampled},
     {L::HorizontalErrorP95, "horizontal_error_p95", "95th percentile of the horizontal position error", "m",
-     kFix, kDraws},
-    {L::VerticalErrorMean, "vertical_error_mean", "mean absolute vertical position error", "m", kFix, kDraws},
-    {L::VerticalErrorRms, "vertical_error_rms", "RMS vertical position error", "m", kFix, kDraws},
-    {L::VerticalErrorP50, "vertical_error_p50", "median absolute vertical position error", "m", kFix, kDraws},
+     kFix, kSampled},
+    {L::VerticalErrorMean, "vertical_error_mean", "mean absolute vertical position error", "m", kFix,
+     kSampled},
+    {L::VerticalErrorRms, "vertical_error_rms", "RMS vertical position error", "m", kFix, kSampled},
+    {L::VerticalErrorP50, "vertical_error_p50", "median absolute vertical position error", "m", kFix,
+     kSampled},
     {L::VerticalErrorP95, "vertical_error_p95", "95th percentile of the absolute vertical position error",
-     "m", kFix, kDraws},
+     "m", kFix, kSampled},
     {L::Availability, "availability", "availability of a position fix", "1", kFix},
     {L::Hdop, "hdop", "horizontal dilution of precision", "1", kFix},
     {L::Pdop, "pdop", "position dilution of precision", "1", kFix},
@@ -44,16 +46,17 @@ constexpr LayerInfo kLayers[]{
     {L::SkyView, "sky_view", "sky view factor: share of the hemisphere that is clear", "1", false, false,
      kLineOfSight},
     {L::HorizontalErrorExceedance, "horizontal_error_exceedance",
-     "probability of a horizontal error above the limit", "1", kFix, kDraws},
+     "probability of a horizontal error above the limit", "1", kFix, kSampled},
     {L::ProtectionLevel, "protection_level", "horizontal protection level", "m", kFix},
     {L::ProtectedAvailability, "protected_availability",
-     "availability of a fix whose protection level is below the alert limit", "1", kFix, kDraws},
+     "availability of a fix whose protection level is below the alert limit", "1", kFix, kSampled},
     {L::MisleadingFraction, "misleading_share", "probability of an error above the protection level", "1",
-     kFix, kDraws},
-    {L::RtkFixedFraction, "rtk_fixed_share", "share of epochs with a fixed RTK solution", "1", kFix, kDraws},
-    {L::RtkTimeToFix, "rtk_time_to_fix", "median time to the first fixed RTK solution", "s", kFix, kDraws},
+     kFix, kSampled},
+    {L::RtkFixedFraction, "rtk_fixed_share", "share of epochs with a fixed RTK solution", "1", kFix,
+     kSampled},
+    {L::RtkTimeToFix, "rtk_time_to_fix", "median time to the first fixed RTK solution", "s", kFix, kSampled},
     {L::RtkFixedErrorP95, "rtk_fixed_error_p95",
-     "95th percentile of the horizontal position error while RTK is fixed", "m", kFix, kDraws},
+     "95th percentile of the horizontal position error while RTK is fixed", "m", kFix, kSampled},
 };
 
 constexpr bool in_order() {

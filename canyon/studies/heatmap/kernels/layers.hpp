@@ -53,7 +53,7 @@ struct LayerInfo {
   std::string_view long_name;  ///< for people
   std::string_view unit;       ///< UDUNITS: "m", "1", "s"
   bool error = false;          ///< needs a fix (its errors, geometry or satellites)
-  bool draws = false;          ///< needs noise realizations
+  bool needs_samples = false;  ///< needs noise realizations
   /// Needs all arriving paths beyond the line of sight: all but SatellitesLos and SkyView.
   bool received = true;
 };

@@ -31,9 +31,9 @@ TEST(Layers, SayWhatTheyNeed) {
     const bool statistics = each.name.find("error_") != std::string_view::npos ||
                             each.layer == Layer::ProtectedAvailability ||
                             each.layer == Layer::MisleadingFraction || of_rtk(each.layer);
-    EXPECT_EQ(each.draws, statistics) << each.name;
+    EXPECT_EQ(each.needs_samples, statistics) << each.name;
     EXPECT_EQ(each.received, each.layer != Layer::SatellitesLos && each.layer != Layer::SkyView) << each.name;
-    if (each.draws) {
+    if (each.needs_samples) {
       EXPECT_TRUE(each.error) << each.name;
     }
     if (each.error) {

@@ -219,8 +219,9 @@ struct ShadowCaster::Impl {
 
   /// Calls draw(corners in cells) for the triangles that extend above the plane, may cover the tile, and are
   /// not seen exactly edge-on.
-  template <class Draw>
-  void project(const CellPlane& plane, const Vector3d& direction, double max_range_m, Draw&& draw) const {
+  template <class DrawFunction>
+  void project(const CellPlane& plane, const Vector3d& direction, double max_range_m,
+               DrawFunction&& draw) const {
     const Projection projection(plane, direction);
     tree.visit(projection.reach(plane, max_range_m), [&](std::uint32_t first, std::uint32_t count) {
       for (std::uint32_t i = first; i < first + count; ++i) {

@@ -135,11 +135,11 @@ class Writer {
       for (std::size_t shade = 0; shade < kShades; ++shade)
         seen_[sheet][shade] = seen_[sheet][shade] || seen[layer][shade];
       if (!seen[layer][static_cast<std::size_t>(CellShade::NoValue)]) continue;
-      const Layer drawn = request_.layers[layer];
-      const std::string meaning = of_rtk(drawn)                            ? "never fixed"
-                                  : style_of(drawn).kind == ValueKind::Dop ? "too few satellites for a DOP"
-                                  : info(drawn).error                      ? "no fix"
-                                                                           : "nothing received";
+      const Layer sampled = request_.layers[layer];
+      const std::string meaning = of_rtk(sampled)                            ? "never fixed"
+                                  : style_of(sampled).kind == ValueKind::Dop ? "too few satellites for a DOP"
+                                  : info(sampled).error                      ? "no fix"
+                                                                             : "nothing received";
       std::string& text = no_value_[sheet];
       if (text.find(meaning) == std::string::npos) text += (text.empty() ? "" : " / ") + meaning;
     }

@@ -219,13 +219,13 @@ std::vector<std::uint8_t> outline_coverage(const drawing::Outlines& outlines, co
     lines.emplace_back(drawing::map_point(map, layout.extent(), from),
                        drawing::map_point(map, layout.extent(), to));
   }
-  const drawing::RgbImage drawn = drawing::render_pixels(
+  const drawing::RgbImage sampled = drawing::render_pixels(
       static_cast<int>(size.columns), static_cast<int>(size.rows), kPixelsPerUnit, [&](Canvas& canvas) {
         // One stroke draws all lines, so that they are not darker where they cross.
         canvas.segments(lines, {drawing::kBlack, 0.55});
       });
-  std::vector<std::uint8_t> coverage(drawn.pixels.size());
-  std::transform(drawn.pixels.begin(), drawn.pixels.end(), coverage.begin(),
+  std::vector<std::uint8_t> coverage(sampled.pixels.size());
+  std::transform(sampled.pixels.begin(), sampled.pixels.end(), coverage.begin(),
                  [](std::uint32_t pixel) { return static_cast<std::uint8_t>(255 - (pixel & 0xFFU)); });
   return coverage;
 }

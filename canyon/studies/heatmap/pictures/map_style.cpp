@@ -84,7 +84,7 @@ void scale_lengths(ColourScale& scale, const ValueCounts& values) {
 }
 
 void scale_dops(ColourScale& scale, const ValueCounts& values) {
-  const double robust = values.count() > 0 ? std::min(values.quantile(kRobustFraction), kLargestDrawnDop) : 1;
+  const double robust = values.count() > 0 ? std::min(values.quantile(kRobustFraction), kMaxRenderedDop) : 1;
   const double least = values.count() > 0 ? std::clamp(values.least(), 0.0, robust) : 0;
   const double step = drawing::nice_ceil(std::max(robust - least, 0.1) / 5);
   scale.low = step * std::floor(least / step + 1e-9);

@@ -41,7 +41,7 @@ struct LayerStyle {
 [[nodiscard]] LayerStyle style_of(Layer layer);
 
 /// Larger DOPs are drawn as this one: a fix with such a DOP is hardly usable.
-inline constexpr double kLargestDrawnDop = 20;
+inline constexpr double kMaxRenderedDop = 20;
 
 /// Maps values to colours, and has the labels of the colour bar.
 struct ColourScale {
@@ -67,7 +67,7 @@ struct ColourScale {
 
 /// The scale for a layer's values: lengths from 0 to their 98th percentile, by the square root if it is more
 /// than six times the median, signed ones to both sides; DOPs from about the least to the 98th percentile, at
-/// most kLargestDrawnDop; counts from the least to the largest in at most ten classes of equal width;
+/// most kMaxRenderedDop; counts from the least to the largest in at most ten classes of equal width;
 /// fractions from 0 to 100 %. Ends are rounded outwards to round numbers.
 /// @param values of a signed layer without their signs
 [[nodiscard]] ColourScale make_colour_scale(Layer layer, const ValueCounts& values);

@@ -156,7 +156,7 @@ TEST(MapStyle, DopsEndAtTheLargestDrawn) {
   std::vector<float> values(50, 1.2F);
   values.insert(values.end(), 50, 300);
   const ColourScale scale = make_colour_scale(Layer::Hdop, histogram_of(values));
-  EXPECT_EQ(scale.high, kLargestDrawnDop);
+  EXPECT_EQ(scale.high, kMaxRenderedDop);
   EXPECT_TRUE(scale.above);
   EXPECT_EQ(labels(scale).back(), "20");
   const ColourScale narrow = make_colour_scale(Layer::Pdop, histogram_of({1.1F, 2.9F, 2.4F}));
