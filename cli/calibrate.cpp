@@ -116,14 +116,14 @@ class CalibrationDrive : public RecordedDrive {
     const validation::Comparison comparison = simulate(receiver);
     Rows rows;
     rows.fitted.name = prefix_ + "calibrated by";
-    rows.fitted.headlines = validation::headlines(figures_of(comparison, first_part_));
+    rows.fitted.headlines = validation::headlines(metrics_of(comparison, first_part_));
     rows.bound.name = fmt::format("{}recorded {}", prefix_, first_part_.name);
     rows.bound.headlines = validation::headlines_by_other_part(comparison, part_.first, part_.count,
                                                                first_part_.first, first_part_.count);
-    validation::ModelFigures figures = figures_of(comparison, part_);
-    add_own_fixes(figures, comparison);
-    rows.held_out = row_of(prefix_ + called, figures, comparison, {});
-    rows.held_out.figures_json = validation::to_json({figures}, std::nullopt);
+    validation::ModelMetrics metrics = metrics_of(comparison, part_);
+    add_own_fixes(metrics, comparison);
+    rows.held_out = row_of(prefix_ + called, metrics, comparison, {});
+    rows.held_out.metrics_json = validation::to_json({metrics}, std::nullopt);
     return rows;
   }
   [[nodiscard]] std::string calibrated_by(bool whole) const {

@@ -315,23 +315,23 @@ class MapRun {
               const std::vector<std::string>& files, heatmap::OverRuns over) const {
     const auto cells = static_cast<double>(summary.cells);
     const auto in = [&](heatmap::CellState state) { return static_cast<double>(summary.in_state(state)); };
-    std::vector<TextRow> figures{{"receiver", simulation::describe(heatmap_->request().motion)},
+    std::vector<TextRow> metrics{{"receiver", simulation::describe(heatmap_->request().motion)},
                                  {"cells (times altitudes)", short_count(cells)}};
     if (over == runs_->statistics().front()) {
-      figures.push_back({"computed now",
+      metrics.push_back({"computed now",
                          fmt::format("{} in {:.2f} s, {} cells/s",
                                      short_count(static_cast<double>(result_.cells_computed)), result_.wall_s,
                                      short_count(static_cast<double>(result_.cells_computed) /
                                                  std::max(result_.wall_s, 1e-9)))});
     }
-    figures.push_back({"inside buildings", percent(in(heatmap::CellState::InsideBuilding), cells)});
+    metrics.push_back({"inside buildings", percent(in(heatmap::CellState::InsideBuilding), cells)});
     for (const auto& [state, what] : {std::pair{heatmap::CellState::UnderTerrain, "under terrain"},
                                       std::pair{heatmap::CellState::NoTerrain, "without terrain"},
                                       std::pair{heatmap::CellState::OutsideArea, "outside the area"}})
-      if (in(state) > 0) figures.push_back({what, percent(in(state), cells)});
-    if (summary.availability) figures.push_back({"availability of a fix", percent(*summary.availability, 1)});
+      if (in(state) > 0) metrics.push_back({what, percent(in(state), cells)});
+    if (summary.availability) metrics.push_back({"availability of a fix", percent(*summary.availability, 1)});
     fmt::print("\n");
-    print_table({runs_->name_of(over), ""}, figures);
+    print_table({runs_->name_of(over), ""}, metrics);
     std::vector<TextRow> rows;
     for (const heatmap::LayerSummary& layer : summary.layers) {
       const heatmap::LayerInfo& about = heatmap::info(layer.layer);

@@ -39,7 +39,7 @@ std::string state_word(CellState state) {
 }
 
 /// Three significant digits below a thousand: "7.38", "0.953", "1234".
-std::string figure(double value) {
+std::string metric(double value) {
   if (std::isnan(value)) return "-";
   const double size = std::abs(value);
   return fmt::format("{:.{}f}", value, size >= 999.5 ? 0 : size >= 99.95 ? 1 : size >= 0.9995 ? 2 : 3);
@@ -143,7 +143,7 @@ int query_point(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   std::vector<TextRow> rows;
   for (std::size_t k = 0; k < map.layers().size(); ++k) {
     const heatmap::LayerInfo& about = heatmap::info(map.layers()[k]);
-    rows.push_back({std::string(about.name), figure(answer->values[k]), std::string(about.unit)});
+    rows.push_back({std::string(about.name), metric(answer->values[k]), std::string(about.unit)});
   }
   print_table({"layer", "value", "unit"}, rows);
   return kOk;
@@ -186,7 +186,7 @@ std::string one_line(const RouteReport& report) {
   if (report.known == 0) return text + " no values on it";
   const char* comma = " ";
   if (report.error && report.layers[*report.error].values > 0) {
-    text += fmt::format("{}{} m of {} in the mean", comma, figure(report.layers[*report.error].mean),
+    text += fmt::format("{}{} m of {} in the mean", comma, metric(report.layers[*report.error].mean),
                         heatmap::info(report.layers[*report.error].layer).name);
     comma = ", ";
   }
@@ -195,7 +195,7 @@ std::string one_line(const RouteReport& report) {
     comma = ", ";
   }
   if (report.worst) {
-    text += fmt::format("{}worst {} m at {:.0f} to {:.0f} m", comma, figure(*report.worst_error_m),
+    text += fmt::format("{}worst {} m at {:.0f} to {:.0f} m", comma, metric(*report.worst_error_m),
                         report.worst->from_m, report.worst->to_m);
     comma = ", ";
   }
@@ -271,14 +271,14 @@ int query_path(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   std::vector<TextRow> rows;
   for (const heatmap::LayerSummary& layer : report.layers) {
     const heatmap::LayerInfo& about = heatmap::info(layer.layer);
-    rows.push_back({std::string(about.name), std::string(about.unit), figure(layer.mean),
-                    figure(layer.median), figure(layer.p95), figure(layer.greatest)});
+    rows.push_back({std::string(about.name), std::string(about.unit), metric(layer.mean),
+                    metric(layer.median), metric(layer.p95), metric(layer.greatest)});
   }
   print_table({"along the route", "unit", "mean", "median", "95 %", "greatest"}, rows);
   fmt::print("\nmap                  {}, {}, receiver {}\n", altitudes_text(map), times_text(map),
              map.motion());
   if (report.worst) {
-    fmt::print("worst segment        {} m at {}\n", figure(*report.worst_error_m),
+    fmt::print("worst segment        {} m at {}\n", metric(*report.worst_error_m),
                stretch_text(*report.worst, report, map));
   }
   if (report.no_fix) fmt::print("longest without fix  {}\n", stretch_text(*report.no_fix, report, map));

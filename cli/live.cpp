@@ -41,17 +41,17 @@ simulation::Scenario read_live_scenario(const LiveArguments& arguments) {
   return scenario;
 }
 
-std::string figures_line(const live::SessionFigures& figures) {
+std::string metrics_line(const live::SessionMetrics& metrics) {
   std::string line =
-      fmt::format("{:8.1f} s  {} epochs, {} with a fix", figures.host_s, figures.epochs, figures.fixes);
-  if (figures.no_truth > 0) line += fmt::format(", {} without truth", figures.no_truth);
-  if (figures.missed > 0) line += fmt::format(", {} missed", figures.missed);
-  if (!figures.no_fix.empty()) line += fmt::format("; now no fix: {}", figures.no_fix);
-  if (figures.poses > 0) line += fmt::format("; {} poses", figures.poses);
-  if (figures.latency.count() > 0) {
+      fmt::format("{:8.1f} s  {} epochs, {} with a fix", metrics.host_s, metrics.epochs, metrics.fixes);
+  if (metrics.no_truth > 0) line += fmt::format(", {} without truth", metrics.no_truth);
+  if (metrics.missed > 0) line += fmt::format(", {} missed", metrics.missed);
+  if (!metrics.no_fix.empty()) line += fmt::format("; now no fix: {}", metrics.no_fix);
+  if (metrics.poses > 0) line += fmt::format("; {} poses", metrics.poses);
+  if (metrics.latency.count() > 0) {
     line += fmt::format("; pose to bytes {:.1f} ms (median), {:.1f} ms (99 %), {:.1f} ms (most)",
-                        *figures.latency.quantile(0.5) * 1e3, *figures.latency.quantile(0.99) * 1e3,
-                        figures.latency.greatest() * 1e3);
+                        *metrics.latency.quantile(0.5) * 1e3, *metrics.latency.quantile(0.99) * 1e3,
+                        metrics.latency.greatest() * 1e3);
   }
   return line;
 }
@@ -89,17 +89,17 @@ int run_live(const LiveArguments& arguments) {
     if (std::exchange(sampled, false)) fmt::print(stderr, "\n");
     print_warnings({text});
   };
-  options.progress = [&](const live::SessionFigures& figures) {
+  options.progress = [&](const live::SessionMetrics& metrics) {
     if (arguments.quiet) return;
     if (terminal) {
-      fmt::print(stderr, "\r\033[K{}", figures_line(figures));
+      fmt::print(stderr, "\r\033[K{}", metrics_line(metrics));
       sampled = true;
     } else if (++quiet_seconds % 10 == 0) {
-      note(figures_line(figures));
+      note(metrics_line(metrics));
     }
   };
-  const live::SessionFigures figures = session.run({}, options);
-  note("ended       " + figures_line(figures));
+  const live::SessionMetrics metrics = session.run({}, options);
+  note("ended       " + metrics_line(metrics));
   return stop ? kInterrupted : kOk;
 }
 

@@ -177,33 +177,33 @@ std::unique_ptr<simulation::Environment> RecordedDrive::sampled_environment(simu
   return redrawn_.draw(sky_, std::move(scenario));
 }
 
-validation::ModelFigures RecordedDrive::figures_of(const validation::Comparison& comparison, const Part& part,
+validation::ModelMetrics RecordedDrive::metrics_of(const validation::Comparison& comparison, const Part& part,
                                                    const std::vector<validation::Comparison>& runs) const {
-  validation::ModelFigures figures =
-      validation::figures(comparison, part.first, part.count,
+  validation::ModelMetrics metrics =
+      validation::metrics(comparison, part.first, part.count,
                           validation::describe_part(comparison, part.first, part.count, part.name), {}, runs);
-  figures.never_tracked = never_tracked_.value_or(std::vector<validation::NeverTracked>());
-  figures.left_out = !arguments_.all_satellites;
-  return figures;
+  metrics.never_tracked = never_tracked_.value_or(std::vector<validation::NeverTracked>());
+  metrics.left_out = !arguments_.all_satellites;
+  return metrics;
 }
 
-void RecordedDrive::add_own_fixes(validation::ModelFigures& figures,
+void RecordedDrive::add_own_fixes(validation::ModelMetrics& metrics,
                                   const validation::Comparison& comparison) const {
   if (!recorded_.nmea) return;
-  figures.own_fixes = validation::own_fix_figures(recording_, comparison, part_.first, part_.count);
+  metrics.own_fixes = validation::reported_fix_metrics(recording_, comparison, part_.first, part_.count);
 }
 
 validation::RecordingRow RecordedDrive::row_of(const std::string& name,
-                                               const validation::ModelFigures& figures,
+                                               const validation::ModelMetrics& metrics,
                                                const validation::Comparison& comparison,
                                                const std::vector<validation::Comparison>& runs) const {
   validation::RecordingRow row;
   row.name = name;
   row.receiver_class = recorded_.receiver_class;
-  row.part = figures.part;
-  row.never_tracked = validation::never_tracked_text(figures);
-  row.headlines = validation::headlines(figures);
-  validation::FigureOptions options;
+  row.part = metrics.part;
+  row.never_tracked = validation::never_tracked_text(metrics);
+  row.headlines = validation::headlines(metrics);
+  validation::MetricOptions options;
   options.resamples = kResamples;
   validation::add_intervals(row.headlines, comparison, part_.first, part_.count, options, runs);
   return row;

@@ -86,15 +86,15 @@ class RecordedDrive {
                                                 const simulation::Environment& environment,
                                                 const validation::Registration& position,
                                                 std::uint64_t seed) const;
-  /// Metrics of a part of such a comparison. @param runs as for validation::figures()
-  [[nodiscard]] validation::ModelFigures figures_of(
+  /// Metrics of a part of such a comparison. @param runs as for validation::metrics()
+  [[nodiscard]] validation::ModelMetrics metrics_of(
       const validation::Comparison& comparison, const Part& part,
       const std::vector<validation::Comparison>& runs = {}) const;
   /// Adds the metrics of the fixes that the recorded receiver reported, if the recording has them.
-  void add_own_fixes(validation::ModelFigures& figures, const validation::Comparison& comparison) const;
+  void add_own_fixes(validation::ModelMetrics& metrics, const validation::Comparison& comparison) const;
   /// Its row in a table of several recordings, without JSON.
   [[nodiscard]] validation::RecordingRow row_of(const std::string& name,
-                                                const validation::ModelFigures& figures,
+                                                const validation::ModelMetrics& metrics,
                                                 const validation::Comparison& comparison,
                                                 const std::vector<validation::Comparison>& runs) const;
   /// The city of a scenario, sampled by its seed, at its position in the map, under the recording's sky. The

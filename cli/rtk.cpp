@@ -187,15 +187,15 @@ void print_kinds(const std::vector<relative::PairEpoch>& epochs,
   for (const FixKind kind : kKinds) {
     const Errors& errors = by_kind[kind];
     if (errors.count == 0) continue;
-    const auto figure = [](const std::vector<double>& values, double p) {
+    const auto metric = [](const std::vector<double>& values, double p) {
       const std::optional<double> at = quantile(values, p);
       return at ? fmt::format("{:.4f}", *at) : std::string("-");
     };
     rows.push_back({std::string(positioning::name(kind)), std::to_string(errors.count),
                     fmt::format("{:.1f}", 100.0 * static_cast<double>(errors.count) /
                                               static_cast<double>(epochs.size())),
-                    figure(errors.horizontal, 0.5), figure(errors.horizontal, 0.95),
-                    figure(errors.vertical, 0.5), figure(errors.vertical, 0.95)});
+                    metric(errors.horizontal, 0.5), metric(errors.horizontal, 0.95),
+                    metric(errors.vertical, 0.5), metric(errors.vertical, 0.95)});
   }
   print_table({"fix", "epochs", "[%]", "horizontal p50 [m]", "p95 [m]", "vertical p50 [m]", "p95 [m]"}, rows);
 }

@@ -120,7 +120,7 @@ int run_simulate(const SimulateArguments& given) {
     streams.push_back(output::open_stream(output::parse_stream(text), simulation));
     report_notes(streams.size() - 1);
   }
-  output::SummarySink figures(simulation::receiver_names(scenario.receivers));
+  output::SummarySink metrics(simulation::receiver_names(scenario.receivers));
   output::RealTimePacer pacer(&stop_requested, [&] {
     for (std::size_t i = 0; i < streams.size(); ++i) {
       streams[i]->serve();
@@ -129,7 +129,7 @@ int run_simulate(const SimulateArguments& given) {
   });
   std::vector<simulation::EpochSink*> all;
   if (arguments.realtime) all.push_back(&pacer);
-  all.push_back(&figures);
+  all.push_back(&metrics);
   for (const auto& sink : sinks) all.push_back(sink.get());
   for (const auto& stream : streams) all.push_back(stream.get());
 
@@ -138,7 +138,7 @@ int run_simulate(const SimulateArguments& given) {
     result = run(simulation, all, arguments, "simulating", {}, report_file);
   } catch (const OutputError& e) {
     throw OutputError(fmt::format("{}; the other files in {} contain at most {} epochs", e.what(),
-                                  arguments.out, figures.summaries().front().epochs));
+                                  arguments.out, metrics.summaries().front().epochs));
   }
   for (std::size_t i = 0; i < streams.size(); ++i) report_notes(i);
   ReadReport report = simulation.report();
@@ -146,7 +146,7 @@ int run_simulate(const SimulateArguments& given) {
   report.write(arguments.out);
   if (const std::size_t removed = files.finish(); removed > 0)
     note(fmt::format("removed     {} files of an earlier run from {}", removed, arguments.out));
-  if (!arguments.quiet) fmt::print("\n{}\n", output::format_summary_table(figures.summaries()));
+  if (!arguments.quiet) fmt::print("\n{}\n", output::format_summary_table(metrics.summaries()));
   // An interrupt before pictures are drawn omits them.
   if (result.interrupted || (scenario.outputs.has("pictures") && stop_requested.load())) {
     fmt::print(stderr, "canyon: interrupted: {} of {} epochs finished and written to {}{}\n", result.epochs,

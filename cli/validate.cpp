@@ -94,9 +94,9 @@ class EnsembleDrive : public RecordedDrive {
   /// Headlines of these runs, with the classes of satellites of the original city.
   [[nodiscard]] std::vector<validation::Headline> headlines(
       std::span<const validation::Comparison> runs) const {
-    validation::FigureOptions options;
+    validation::MetricOptions options;
     options.resamples = 0;
-    return validation::headlines(validation::figures(point_, 0, part_.count, "", options, runs));
+    return validation::headlines(validation::metrics(point_, 0, part_.count, "", options, runs));
   }
 
   const EnsembleArguments& arguments_;
@@ -182,16 +182,16 @@ class Judge : public RecordedDrive {
     view::write_comparison(view, folder);
   }
   [[nodiscard]] std::string json() const {
-    return validation::to_json(figures_,
+    return validation::to_json(metrics_,
                                alignment_ ? std::optional(validation::to_json(*alignment_)) : std::nullopt);
   }
   /// The metrics for a terminal.
   [[nodiscard]] std::string text() const {
-    return (alignment_ ? alignment_text() + "\n" : "") + validation::to_text(figures_.front()) +
+    return (alignment_ ? alignment_text() + "\n" : "") + validation::to_text(metrics_.front()) +
            (several_models() ? "\n" + models_table() : "") + "\n" + validation::score_card({row()});
   }
-  [[nodiscard]] bool several_models() const { return figures_.size() > 1; }
-  [[nodiscard]] std::string models_table() const { return validation::models_table(figures_); }
+  [[nodiscard]] bool several_models() const { return metrics_.size() > 1; }
+  [[nodiscard]] std::string models_table() const { return validation::models_table(metrics_); }
 
   /// Epochs and runs of the metrics.
   [[nodiscard]] validation::PooledPart part() const {
@@ -200,8 +200,8 @@ class Judge : public RecordedDrive {
   /// The row in a table of several recordings.
   [[nodiscard]] validation::RecordingRow row() const {
     validation::RecordingRow row = row_of(prefix_.empty() ? "simulated (recorded)" : recorded_.name,
-                                          figures_.front(), own_, runs_of_own_);
-    row.figures_json = json();
+                                          metrics_.front(), own_, runs_of_own_);
+    row.metrics_json = json();
     return row;
   }
 
@@ -250,8 +250,8 @@ class Judge : public RecordedDrive {
         runs.push_back(
             simulate(model.receiver, *environment_, registration(scenario_.city.georeference, seed), seed));
       }
-      const bool own = figures_.empty();
-      validation::ModelFigures& f = figures_.emplace_back(figures_of(comparison, part_, runs));
+      const bool own = metrics_.empty();
+      validation::ModelMetrics& f = metrics_.emplace_back(metrics_of(comparison, part_, runs));
       if (!own) continue;
       if (alignment_) aligned_by_ = validation::describe_part(comparison, 0, first_part_.count, aligned_by_);
       add_own_fixes(f, comparison);
@@ -263,7 +263,7 @@ class Judge : public RecordedDrive {
   const ValidateArguments& arguments_;
   std::vector<validation::Model> models_;
   int runs_ = 1;  ///< of models with a moved city
-  std::vector<validation::ModelFigures> figures_;
+  std::vector<validation::ModelMetrics> metrics_;
   validation::Comparison own_;
   std::vector<validation::Comparison> runs_of_own_;
 };
@@ -290,10 +290,10 @@ std::vector<validation::RecordingRow> pooled_rows(const Judges& judges) {
     if (parts.size() < 2) continue;
     const validation::Pooled all = validation::pool(parts);
     const std::size_t count = all.comparison.epochs.size();
-    validation::FigureOptions options;
+    validation::MetricOptions options;
     options.resamples = 0;
     row.headlines =
-        validation::headlines(validation::figures(all.comparison, 0, count, "", options, all.runs));
+        validation::headlines(validation::metrics(all.comparison, 0, count, "", options, all.runs));
     options.resamples = kResamples;
     validation::add_intervals(row.headlines, all.comparison, 0, count, options, all.runs);
     rows.push_back(std::move(row));

@@ -75,7 +75,7 @@ class Recorded {
     models.push_back({"", fmt::format("{} (the scenario's)", receiver.options.name), receiver});
     for (validation::Model& more : validation::models_of(receiver, keys)) models.push_back(std::move(more));
     const std::string text = interruptible([&, first = first, count = count](Signals& signals) {
-      std::vector<validation::ModelFigures> figures;
+      std::vector<validation::ModelMetrics> metrics;
       std::vector<validation::NeverTracked> never;
       validation::CompareOptions options;
       options.threads = threads;
@@ -87,17 +87,17 @@ class Recorded {
                                      scenario_.seed, options);
         };
         validation::Comparison comparison = compare();
-        if (figures.empty()) {
+        if (metrics.empty()) {
           never = validation::never_tracked(comparison);
           for (const validation::NeverTracked& s : never) options.leave_out.insert(s.id);
           if (!never.empty()) comparison = compare();
         }
-        figures.push_back(validation::figures(comparison, first, count,
+        metrics.push_back(validation::metrics(comparison, first, count,
                                               validation::describe_part(comparison, first, count, "part")));
-        figures.back().never_tracked = never;
-        figures.back().left_out = true;
+        metrics.back().never_tracked = never;
+        metrics.back().left_out = true;
       }
-      return validation::to_json(figures, std::nullopt);
+      return validation::to_json(metrics, std::nullopt);
     });
     return from_json(text);
   }

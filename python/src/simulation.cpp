@@ -47,13 +47,13 @@ EachEpoch watch_of(Signals& signals) {
 }
 
 py::dict summary_of(const output::RunSummary& summary) {
-  py::dict figures("receiver"_a = summary.receiver);
-  for (const output::SummaryFigure& figure : output::summary_figures()) {
-    const double value = figure.value(summary);
-    figures[figure.name] = figure.is_count() ? py::object(py::int_(static_cast<std::int64_t>(value)))
+  py::dict metrics("receiver"_a = summary.receiver);
+  for (const output::SummaryMetric& metric : output::summary_metrics()) {
+    const double value = metric.value(summary);
+    metrics[metric.name] = metric.is_count() ? py::object(py::int_(static_cast<std::int64_t>(value)))
                                              : py::object(py::float_(value));
   }
-  return figures;
+  return metrics;
 }
 
 std::vector<std::string> names_of(const Simulation& simulation) {
@@ -67,10 +67,10 @@ py::dict run(const SimulationPtr& simulation, int threads, bool with_paths,
   EachEpoch keeper([&](const simulation::Epoch& epoch) {
     kept.push_back(KeptEpoch::copy(epoch, with_paths, simulation));
   });
-  output::SummarySink figures(names_of(*simulation));
+  output::SummarySink metrics(names_of(*simulation));
   Signals signals;
   EachEpoch watch = watch_of(signals);
-  std::vector<simulation::EpochSink*> sinks{&keeper, &figures, &watch};
+  std::vector<simulation::EpochSink*> sinks{&keeper, &metrics, &watch};
   std::optional<ResultFiles> results;
   std::vector<std::unique_ptr<simulation::EpochSink>> files;
   simulation::RunResult result;
@@ -97,7 +97,7 @@ py::dict run(const SimulationPtr& simulation, int threads, bool with_paths,
   std::vector<std::vector<EpochPtr>> epochs(simulation->scenario().receivers.size());
   for (EpochPtr& epoch : kept) epochs[epoch->epoch.receiver].push_back(std::move(epoch));
   std::vector<py::dict> summaries;
-  for (const output::RunSummary& each : figures.summaries()) summaries.push_back(summary_of(each));
+  for (const output::RunSummary& each : metrics.summaries()) summaries.push_back(summary_of(each));
   ReadReport report = simulation->report();
   report.add_line(ReadReport::Level::Guess, result.warnings);
   warn_of(report, simulation->report());

@@ -9,7 +9,7 @@ int main() {
   const auto scene = std::make_shared<simulation::CityScene>(city::synthetic_city({}));
   simulation::LiveReceiver receiver(config, scene, config.start.value());
   const auto track = output::format_named("kml").make(output::describe_receivers(receiver, 0.2).front());
-  output::SummarySink figures({"car"});
+  output::SummarySink metrics({"car"});
   std::ofstream file("loop.kml");
   file << track->begin();
   for (int step = 0; step < 250; ++step) {  // your loop: 4 m/s to the east along the middle street
@@ -20,9 +20,9 @@ int main() {
     const simulation::LiveReceiver::Step now = receiver.observe(seconds, antenna);
     // now.epoch.observed.fix: the receiver's fix; now.arrival: its signal paths.
     file << track->encode(now.epoch);
-    figures.write(now.epoch);
+    metrics.write(now.epoch);
   }
   file << track->end();
-  figures.finish();
-  std::cout << output::format_summary_table(figures.summaries());
+  metrics.finish();
+  std::cout << output::format_summary_table(metrics.summaries());
 }

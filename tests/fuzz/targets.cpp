@@ -432,9 +432,9 @@ void take_commands(const fs::path& path) {
                                         std::make_shared<simulation::CityScene>(city::City{
                                             "open", geodesy::LocalFrame(test::sample_point()), {}, {}}),
                                         *scenario.start);
-  static const live::SessionFigures figures;
+  static const live::SessionMetrics metrics;
   const auto commands =
-      live::make_commands({scenario.file, {{"rover", &rover}}, figures, true, [] { return 1.0; }},
+      live::make_commands({scenario.file, {{"rover", &rover}}, metrics, true, [] { return 1.0; }},
                           std::make_shared<transport::Link>(std::make_unique<Deaf>()));
   const std::string text = test::read_bytes(path);
   for (const std::string_view line : split(text, '\n')) {

@@ -58,23 +58,23 @@ class Live {
     thread_ = std::thread([this] {
       live::SessionOptions options;
       options.stop = &stop_;
-      figures_ = session_->run({&height_}, options);
+      metrics_ = session_->run({&height_}, options);
     });
   }
   ~Live() { end(); }
   Live(const Live&) = delete;
   Live& operator=(const Live&) = delete;
-  live::SessionFigures end() {
+  live::SessionMetrics end() {
     stop_ = true;
     if (thread_.joinable()) thread_.join();
-    return figures_;
+    return metrics_;
   }
   [[nodiscard]] double height_m() const { return height_.now_m; }
 
  private:
   std::unique_ptr<live::Session> session_;
   std::atomic<bool> stop_{false};
-  live::SessionFigures figures_;
+  live::SessionMetrics metrics_;
   Height height_;
   std::thread thread_;
 };
@@ -163,9 +163,9 @@ void fly_arducopter(const std::string& parameters, const std::string& stream, co
                      }))
       << "height " << live.height_m();
   EXPECT_TRUE(copter.running());
-  const live::SessionFigures figures = live.end();
-  EXPECT_GT(figures.poses, 500U);
-  EXPECT_EQ(figures.missed, 0U);
+  const live::SessionMetrics metrics = live.end();
+  EXPECT_GT(metrics.poses, 500U);
+  EXPECT_EQ(metrics.missed, 0U);
 }
 
 TEST(Autopilots, ArduCopterFliesWithUbx) {

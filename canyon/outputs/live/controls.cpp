@@ -402,7 +402,7 @@ class SessionCommands final : public Commands {
     return json;
   }
   Json status(const Json&) {
-    const SessionFigures& f = context.figures;
+    const SessionMetrics& f = context.metrics;
     Json json{{"ok", true},
               {"time_s", context.now_s()},
               {"epochs", f.epochs},

@@ -114,7 +114,7 @@ struct FaultRequestHandler {
 struct CommandContext {
   std::filesystem::path source;  ///< of the scenario, as OptionsRequest::source
   std::vector<AdjustableReceiver> receivers;
-  const SessionFigures& figures;
+  const SessionMetrics& metrics;
   bool changes = false;           ///< may change the simulation
   std::function<double()> now_s;  ///< scenario time
 };

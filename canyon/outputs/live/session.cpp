@@ -310,7 +310,7 @@ struct Session::Impl {
       }
     }
     if (options.control.empty()) return;
-    CommandContext context{std::filesystem::absolute(scenario.file), {}, figures, options.changes, [this] {
+    CommandContext context{std::filesystem::absolute(scenario.file), {}, metrics, options.changes, [this] {
                              return seconds(now_ns());
                            }};
     for (std::size_t r = 0; r < names.size(); ++r)
@@ -564,7 +564,7 @@ struct Session::Impl {
     constexpr double kLatest_s = 1;
     if (!by_stamps() && !vehicle.log && vehicle.source &&
         seconds(now - vehicle.needs_ns(of.epochs.next_ns())) > kLatest_s)
-      figures.missed += static_cast<std::uint64_t>(of.epochs.catch_up(now));
+      metrics.missed += static_cast<std::uint64_t>(of.epochs.catch_up(now));
     if (vehicle.log)
       read_log(vehicle, vehicle.needs_ns(of.epochs.next_ns()));  // a base's log may not have been read yet
     const std::int64_t at = of.epochs.take();
@@ -634,22 +634,22 @@ struct Session::Impl {
     const std::vector<LiveReceiver::Step> steps = receivers->make(epochs, true);
     for (std::size_t i = 0; i < block.size(); ++i) {
       const simulation::Epoch& out = steps[i].epoch;
-      ++figures.epochs;
-      figures.host_s = out.truth.time - start;
-      if (out.observed.fix.solved()) ++figures.fixes;
+      ++metrics.epochs;
+      metrics.host_s = out.truth.time - start;
+      if (out.observed.fix.solved()) ++metrics.fixes;
       if (!out.observed.fix.solved()) {
-        figures.no_fix = fmt::format("{}: {}", names[out.receiver],
+        metrics.no_fix = fmt::format("{}: {}", names[out.receiver],
                                      output::no_fix_reason(out.observed.fix, out.containment));
-      } else if (figures.no_fix.starts_with(names[out.receiver] + ": ")) {
-        figures.no_fix.clear();
+      } else if (metrics.no_fix.starts_with(names[out.receiver] + ": ")) {
+        metrics.no_fix.clear();
       }
-      if (!epochs[i].antenna) ++figures.no_truth;
+      if (!epochs[i].antenna) ++metrics.no_truth;
       for (const auto& stream : streams) stream->write(out);
       report_position(out);
       for (simulation::EpochSink* sink : *sinks) sink->write(out);
       if (commands) commands->keep(out);
       if (const auto& came = block[i].pose_came)
-        figures.latency.add(std::chrono::duration<double>(Clock::now() - *came).count());
+        metrics.latency.add(std::chrono::duration<double>(Clock::now() - *came).count());
       log_warnings(out.receiver);
     }
   }
@@ -682,10 +682,10 @@ struct Session::Impl {
   void once_a_second() {
     if (Clock::now() < next_second) return;
     next_second += std::chrono::seconds(1);
-    figures.poses = 0;
+    metrics.poses = 0;
     for (Vehicle& vehicle : vehicles) {
       if (!vehicle.source) continue;
-      figures.poses += vehicle.source->count();
+      metrics.poses += vehicle.source->count();
       for (const std::string& line : vehicle.source->take_notes())
         note(fmt::format("poses from {}: {}", vehicle.source->options().from, line));
       if (const auto sparse_s = vehicle.motion ? vehicle.motion->sparse_s() : std::nullopt;
@@ -709,7 +709,7 @@ struct Session::Impl {
     }
     for (const auto& [address, link] : links)
       for (const std::string& line : link->take_notes()) note(fmt::format("{}: {}", address, line));
-    if (run_options->progress) run_options->progress(figures);
+    if (run_options->progress) run_options->progress(metrics);
   }
 
   /// Serves links and computes due epochs; false at the end of the run.
@@ -807,7 +807,7 @@ struct Session::Impl {
   Clock::time_point next_second, next_reset, next_service, round_start;
   std::vector<Due> due;
   std::int64_t stamped_ns = -1;  // latest instant of a vehicle moved by poses
-  SessionFigures figures;
+  SessionMetrics metrics;
 };
 
 Session::Session(simulation::Scenario scenario, std::shared_ptr<simulation::CityScene> scene)
@@ -824,11 +824,11 @@ const simulation::Scenario& Session::scenario() const {
   return impl_->scenario;
 }
 
-SessionFigures Session::run(const std::vector<simulation::EpochSink*>& sinks, const SessionOptions& options) {
+SessionMetrics Session::run(const std::vector<simulation::EpochSink*>& sinks, const SessionOptions& options) {
   Impl& impl = *impl_;
   impl.run_options = &options;
   impl.sinks = &sinks;
-  impl.figures = {};
+  impl.metrics = {};
   impl.begin_sensors();
   impl.begin_clock();
   for (std::size_t r = 0; r < impl.names.size(); ++r) impl.log_warnings(r);
@@ -861,7 +861,7 @@ SessionFigures Session::run(const std::vector<simulation::EpochSink*>& sinks, co
     if (vehicle.link) finish([&] { vehicle.link->finish(vehicle.listener, {}); });
   }
   if (failure) std::rethrow_exception(failure);
-  return impl.figures;
+  return impl.metrics;
 }
 
 }  // namespace canyon::live

@@ -16,7 +16,7 @@
 namespace canyon::live {
 
 /// Metrics of a run so far.
-struct SessionFigures {
+struct SessionMetrics {
   double host_s = 0;           ///< the scenario's time
   std::uint64_t epochs = 0;    ///< all receivers'
   std::uint64_t fixes = 0;     ///< epochs with a fix
@@ -32,7 +32,7 @@ struct SessionOptions {
   /// Log notes, and warnings of receivers and their skies (empty: uses `note`), one line each.
   std::function<void(const std::string&)> note, warn;
   /// Called once a second of real time.
-  std::function<void(const SessionFigures&)> progress;
+  std::function<void(const SessionMetrics&)> progress;
 };
 
 /// Receivers of a scenario in real time: poses in, epochs out (docs/live.md).
@@ -60,7 +60,7 @@ class Session {
   /// Runs to the end of the trajectory, of duration_s, of every log, or until stopped. Streams end with
   /// complete epochs.
   /// @param sinks get every epoch as from Simulation::run(), and are finished
-  SessionFigures run(const std::vector<simulation::EpochSink*>& sinks, const SessionOptions& options);
+  SessionMetrics run(const std::vector<simulation::EpochSink*>& sinks, const SessionOptions& options);
 
  private:
   struct Impl;

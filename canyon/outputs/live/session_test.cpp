@@ -55,7 +55,7 @@ Scenario scenario(const std::string& live, const std::string& rest = "rate_hz: 1
       "test.yaml", {false});
 }
 
-SessionFigures run(const Scenario& s, Kept& kept, std::vector<std::string>* notes = nullptr,
+SessionMetrics run(const Scenario& s, Kept& kept, std::vector<std::string>* notes = nullptr,
                    const std::atomic<bool>* stop = nullptr) {
   Session session(s, city_of(s));
   SessionOptions options;
@@ -74,13 +74,13 @@ const std::string kDrive =
 TEST(Session, TrajectoryGivesTheNumbersOfSimulate) {
   const Scenario s = scenario("live: {speed: 20}\n", kDrive);
   Kept live, offline;
-  const SessionFigures figures = run(s, live);
+  const SessionMetrics metrics = run(s, live);
   const simulation::Simulation simulation(s, city_of(s));
   (void)simulation.run({&offline}, {});
   ASSERT_EQ(live.epochs.size(), 21U);
   ASSERT_EQ(offline.epochs.size(), 21U);
-  EXPECT_EQ(figures.epochs, 21U);
-  EXPECT_EQ(figures.missed, 0U);
+  EXPECT_EQ(metrics.epochs, 21U);
+  EXPECT_EQ(metrics.missed, 0U);
   EXPECT_EQ(live.finished, 1);
   for (std::size_t i = 0; i < live.epochs.size(); ++i) {
     const Epoch &a = live.epochs[i], &b = offline.epochs[i];
@@ -149,10 +149,10 @@ TEST(Session, LogPosesComeAtTheirStampsAndGoIntoTheCity) {
   Kept kept;
   const Scenario s = scenario("live: {clock: stamps, poses: [{from: 'file:" + log +
                               "', east_m: 10, north_m: 20, up_m: 1, heading_deg: 90, scale: 2}]}\n");
-  const SessionFigures figures = run(s, kept);
+  const SessionMetrics metrics = run(s, kept);
   ASSERT_EQ(kept.epochs.size(), 11U);
-  EXPECT_EQ(figures.poses, 101U);
-  EXPECT_NEAR(figures.host_s, 1, 1e-9);
+  EXPECT_EQ(metrics.poses, 101U);
+  EXPECT_NEAR(metrics.host_s, 1, 1e-9);
   const auto scene = city_of(s);
   for (std::size_t k = 0; k < kept.epochs.size(); ++k) {
     const double distance = 2 * 0.5 * static_cast<double>(k);
@@ -189,9 +189,9 @@ TEST(Session, APauseInALogLosesNoPoseBehindIt) {
   const Scenario s = scenario(log_of(folder, {{0, 3}, {23, 26.9}}), "rate_hz: 10\n",
                               "receivers: [{name: a, profile: ideal}, {name: b, profile: ideal}]\n");
   Kept kept;
-  const SessionFigures figures = run(s, kept);
+  const SessionMetrics metrics = run(s, kept);
   ASSERT_EQ(kept.epochs.size(), 2 * 270U);
-  EXPECT_EQ(figures.no_truth, 2 * 194U);  // 3.6 to 22.9 s
+  EXPECT_EQ(metrics.no_truth, 2 * 194U);  // 3.6 to 22.9 s
   for (std::size_t i = 0; i < kept.epochs.size(); ++i) {
     const std::size_t k = i / 2;
     EXPECT_EQ(kept.epochs[i].receiver, i % 2);
@@ -308,13 +308,13 @@ TEST(Session, StandardFormsOfPosesByUdpMoveTheReceiver) {
     }
   });
   std::vector<std::string> notes;
-  const SessionFigures figures = run(s, kept, &notes);
+  const SessionMetrics metrics = run(s, kept, &notes);
   over = true;
   driver.join();
-  EXPECT_EQ(figures.epochs, 41U);
-  EXPECT_GT(figures.poses, 50U);
-  EXPECT_GT(figures.fixes, 0U);
-  EXPECT_GT(figures.no_truth, 5U);
+  EXPECT_EQ(metrics.epochs, 41U);
+  EXPECT_GT(metrics.poses, 50U);
+  EXPECT_GT(metrics.fixes, 0U);
+  EXPECT_GT(metrics.no_truth, 5U);
   EXPECT_THAT(notes, ::testing::Contains(HasSubstr("not a JSON object")));
   // Silence does not freeze the fix.
   const Epoch& last = kept.epochs.back();
@@ -331,8 +331,8 @@ TEST(Session, SendsStreamsAndTakesCommands) {
       "rate_hz: 10\nduration_s: 1000\ntrajectory: {position: {east_m: 0, north_m: 0, up_m: 30}}\n");
   Session session(s, city_of(s));
   Kept kept;
-  SessionFigures figures;
-  std::thread server([&] { figures = session.run({&kept}, {}); });
+  SessionMetrics metrics;
+  std::thread server([&] { metrics = session.run({&kept}, {}); });
   {
     test::LocalConnection reader(nmea), commands(control);
     EXPECT_THAT(reader.read(200), HasSubstr("RMC,"));
@@ -364,7 +364,7 @@ TEST(Session, SendsStreamsAndTakesCommands) {
   }
   server.join();
   EXPECT_EQ(kept.finished, 1);
-  EXPECT_EQ(figures.epochs, kept.epochs.size());
+  EXPECT_EQ(metrics.epochs, kept.epochs.size());
 }
 
 // CFG-RST, a cold start: ephemerides are read again, which takes at least four strings of GLONASS and at most
@@ -491,12 +491,12 @@ TEST(Session, SaysThatNoPoseHasComeAndWhyThereIsNoFix) {
       "rate_hz: 10\nduration_s: 5.5\n");
   Kept kept;
   std::vector<std::string> notes;
-  SessionFigures figures;
+  SessionMetrics metrics;
   Session session(s, city_of(s));
   std::thread server([&] {
     SessionOptions options;
     options.note = [&](const std::string& line) { notes.push_back(line); };
-    figures = session.run({&kept}, options);
+    metrics = session.run({&kept}, options);
   });
   {
     test::LocalConnection commands(control);
@@ -517,7 +517,7 @@ TEST(Session, SaysThatNoPoseHasComeAndWhyThereIsNoFix) {
   }
   server.join();
   EXPECT_THAT(notes, ::testing::Contains(HasSubstr("none received yet")));
-  EXPECT_EQ(figures.no_fix, "rover: no pose: the antenna's position is not known");
+  EXPECT_EQ(metrics.no_fix, "rover: no pose: the antenna's position is not known");
 }
 
 TEST(Session, SaysThatPosesLieFarFromTheCity) {

@@ -374,7 +374,7 @@ TEST(Columns, DocumentationHasTheSameTables) {
     test::expect_documented("columns.md", "columns of the viewer's " + std::string(table.name),
                             markdown(table));
   }
-  test::expect_documented("columns.md", "figures of the summary", markdown(summary_figures()));
+  test::expect_documented("columns.md", "figures of the summary", markdown(summary_metrics()));
   std::string sensors = "| file | columns |\n|---|---|\n";
   for (const auto& [file, heads] : sensor_files())
     sensors += fmt::format("| `{}` | `{}` |\n", file, fmt::join(split(heads, ','), "`, `"));

@@ -91,7 +91,7 @@ bool tested(const RunSummary& s) {
 using S = RunSummary;
 // Name, unit, decimals, label and factor in printed tables, variable in studies, meaning, value, and the
 // condition on a run.
-constexpr SummaryFigure kFigures[]{
+constexpr SummaryMetric kMetrics[]{
     {"epochs", "", 0, "epochs", 1, "epochs", "epochs", &of<&S::epochs>},
     {"fixes", "", 0, "epochs with fix", 1, "", "epochs with a fix", &of<&S::fixes>},
     {"fix_share", "", 1, "epochs with fix", 100, "fix_share", "fraction of epochs with a fix",
@@ -153,10 +153,10 @@ constexpr SummaryFigure kFigures[]{
 };
 
 /// A cell of the printed table.
-std::string cell(const SummaryFigure& figure, const RunSummary& summary) {
-  const double value = figure.value(summary) * figure.factor;
-  return figure.is_applicable(summary) && std::isfinite(value)
-             ? fmt::format("{:.{}f}", value, figure.decimals)
+std::string cell(const SummaryMetric& metric, const RunSummary& summary) {
+  const double value = metric.value(summary) * metric.factor;
+  return metric.is_applicable(summary) && std::isfinite(value)
+             ? fmt::format("{:.{}f}", value, metric.decimals)
              : std::string("-");
 }
 
@@ -271,13 +271,13 @@ std::vector<RunSummary> SummarySink::summaries() const {
   return result;
 }
 
-std::span<const SummaryFigure> summary_figures() {
-  return kFigures;
+std::span<const SummaryMetric> summary_metrics() {
+  return kMetrics;
 }
 
-std::string markdown(std::span<const SummaryFigure> figures) {
+std::string markdown(std::span<const SummaryMetric> metrics) {
   std::vector<TextRow> rows;
-  for (const SummaryFigure& f : figures) {
+  for (const SummaryMetric& f : metrics) {
     const std::string kept = *f.kept != '\0' ? fmt::format("`{}`", f.kept) : std::string();
     rows.push_back({fmt::format("`{}`", f.name), kept, f.unit, f.help});
   }
@@ -290,13 +290,13 @@ std::string format_summary_table(const std::vector<RunSummary>& summaries) {
     std::function<std::string(const RunSummary&)> cell;
   };
   std::vector<Line> lines;
-  for (const SummaryFigure& figure : kFigures) {
+  for (const SummaryMetric& metric : kMetrics) {
     const bool wanted =
-        figure.applies == nullptr || std::any_of(summaries.begin(), summaries.end(), figure.applies);
-    if (*figure.label == '\0' || !wanted) continue;
-    const std::string_view unit = figure.printed_unit();
-    lines.push_back({unit.empty() ? figure.label : fmt::format("{} [{}]", figure.label, unit),
-                     [&figure](const RunSummary& s) { return cell(figure, s); }});
+        metric.applies == nullptr || std::any_of(summaries.begin(), summaries.end(), metric.applies);
+    if (*metric.label == '\0' || !wanted) continue;
+    const std::string_view unit = metric.printed_unit();
+    lines.push_back({unit.empty() ? metric.label : fmt::format("{} [{}]", metric.label, unit),
+                     [&metric](const RunSummary& s) { return cell(metric, s); }});
   }
   // A fault of two receivers is in one line.
   std::vector<std::string> faults;

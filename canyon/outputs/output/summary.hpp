@@ -61,7 +61,7 @@ class SummarySink final : public simulation::EpochSink {
 
 /// A metric of RunSummary, declared once, in summary.cpp. That list defines the printed table, records and
 /// NetCDF of studies, the viewer, Python and docs/outputs.md; docs/extending.md describes how to add one.
-struct SummaryFigure {
+struct SummaryMetric {
   const char* name;   ///< in Python and view.json
   const char* unit;   ///< as Column::unit
   int decimals;       ///< when printed; 0: a count
@@ -81,9 +81,9 @@ struct SummaryFigure {
   [[nodiscard]] const char* printed_unit() const { return factor == 100 ? "%" : unit; }
 };
 /// All metrics in the order of tables and files.
-[[nodiscard]] std::span<const SummaryFigure> summary_figures();
+[[nodiscard]] std::span<const SummaryMetric> summary_metrics();
 /// Rows of a Markdown table: metric, variable in studies, unit, meaning.
-[[nodiscard]] std::string markdown(std::span<const SummaryFigure> figures);
+[[nodiscard]] std::string markdown(std::span<const SummaryMetric> metrics);
 
 /// The metrics as a table for terminals, one column for each receiver (four side by side), "-" for NaN. Shows
 /// the first kMostSummarized receivers and the number of the others. Ends with a newline; empty for no

@@ -128,10 +128,10 @@ TEST(Summary, SaysWhatTheFixWasLikeDuringAFault) {
 
 TEST(Summary, FiguresAreNamedOnceAndSayWhatTheyAre) {
   std::set<std::string> names, kept;
-  for (const SummaryFigure& figure : summary_figures()) {
-    EXPECT_TRUE(names.insert(figure.name).second) << figure.name;
-    EXPECT_TRUE(*figure.kept == '\0' || kept.insert(figure.kept).second) << figure.kept;
-    EXPECT_STRNE(figure.help, "") << figure.name;
+  for (const SummaryMetric& metric : summary_metrics()) {
+    EXPECT_TRUE(names.insert(metric.name).second) << metric.name;
+    EXPECT_TRUE(*metric.kept == '\0' || kept.insert(metric.kept).second) << metric.kept;
+    EXPECT_STRNE(metric.help, "") << metric.name;
   }
 }
 

@@ -94,26 +94,26 @@ Json words_json(const output::ViewWords& texts) {
 }
 
 /// The metrics shown by the viewer.
-Json figures_json() {
+Json metrics_json() {
   Json json = Json::array();
-  for (const output::SummaryFigure& figure : output::summary_figures()) {
-    if (*figure.label == '\0') continue;
-    json.push_back({{"name", figure.name},
-                    {"label", figure.label},
-                    {"unit", figure.printed_unit()},
-                    {"factor", figure.factor},
-                    {"decimals", figure.decimals},
-                    {"about", figure.help}});
+  for (const output::SummaryMetric& metric : output::summary_metrics()) {
+    if (*metric.label == '\0') continue;
+    json.push_back({{"name", metric.name},
+                    {"label", metric.label},
+                    {"unit", metric.printed_unit()},
+                    {"factor", metric.factor},
+                    {"decimals", metric.decimals},
+                    {"about", metric.help}});
   }
   return json;
 }
 
 Json summary_json(const output::RunSummary& summary) {
   Json json;
-  for (const output::SummaryFigure& figure : output::summary_figures()) {
-    if (!figure.is_applicable(summary)) continue;
-    const double value = figure.value(summary);
-    json[figure.name] = figure.is_count() ? Json(static_cast<std::int64_t>(value)) : Json(value);
+  for (const output::SummaryMetric& metric : output::summary_metrics()) {
+    if (!metric.is_applicable(summary)) continue;
+    const double value = metric.value(summary);
+    json[metric.name] = metric.is_count() ? Json(static_cast<std::int64_t>(value)) : Json(value);
   }
   return json;
 }
@@ -181,7 +181,7 @@ std::string header_json(const ViewHeader& header) {
   json["city"] = city_json(header.city);
   json["words"] = words_json(header.words);
   json["paths_per_satellite"] = header.paths_per_satellite;
-  json["figures"] = figures_json();
+  json["figures"] = metrics_json();
   json["receivers"] = Json::array();
   for (const ReceiverHeader& receiver : header.receivers)
     json["receivers"].push_back(receiver_json(receiver));

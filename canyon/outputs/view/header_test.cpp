@@ -21,9 +21,9 @@ TEST(ViewHeader, NamesEveryTableAndColumnAndHasNoNaN) {
     }
   }
   EXPECT_THAT(json, testing::HasSubstr("\"horizontal_p50_m\":null"));
-  for (const output::SummaryFigure& figure : output::summary_figures()) {
-    if (*figure.label == '\0') continue;
-    EXPECT_THAT(json, testing::HasSubstr("{\"name\":\"" + std::string(figure.name) + "\",\"label\""));
+  for (const output::SummaryMetric& metric : output::summary_metrics()) {
+    if (*metric.label == '\0') continue;
+    EXPECT_THAT(json, testing::HasSubstr("{\"name\":\"" + std::string(metric.name) + "\",\"label\""));
   }
   EXPECT_THAT(json, testing::HasSubstr("\"visibility\":[\"LOS\",\"LOS+multipath\",\"NLOS\",\"blocked\"]"));
   EXPECT_THAT(json, testing::HasSubstr("\"time\":null"));

@@ -44,7 +44,7 @@ class View final : public simulation::EpochSink {
       : simulation_(simulation),
         folder_(std::move(folder)),
         options_(std::move(options)),
-        figures_(shown_names(simulation, options_.tracks)),
+        metrics_(shown_names(simulation, options_.tracks)),
         header_(initial_header(simulation)) {
     make_output_folder(folder_);
     ResultFiles::refuse(folder_ / kHeaderFile);
@@ -86,8 +86,8 @@ class View final : public simulation::EpochSink {
 
   void finish() override {
     if (std::exchange(finished_, true)) return;
-    figures_.finish();
-    std::vector<output::RunSummary> summaries = figures_.summaries();
+    metrics_.finish();
+    std::vector<output::RunSummary> summaries = metrics_.summaries();
     for (std::size_t i = 0; i < recorders_.size(); ++i) {
       recorders_[i]->finish(header_);
       header_.receivers[i].summary = std::move(summaries.at(i));
@@ -112,13 +112,13 @@ class View final : public simulation::EpochSink {
     recorder.rows().add(epoch, recorder.epoch(), time_s, recorder.skyline(local(epoch.truth_ecef)), local,
                         header_.satellites);
     recorder.end_epoch(epoch.faults, time_s);
-    figures_.write(epoch);
+    metrics_.write(epoch);
   }
 
   const simulation::Simulation& simulation_;
   std::filesystem::path folder_;
   ViewOptions options_;
-  output::SummarySink figures_;
+  output::SummarySink metrics_;
   ViewHeader header_;
   std::shared_ptr<output::ViewWords> words_ = std::make_shared<output::ViewWords>();
   std::vector<std::unique_ptr<Recorder>> recorders_;

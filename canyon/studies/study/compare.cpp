@@ -84,7 +84,7 @@ std::string spread_text(const GroupComparison& comparison, std::size_t shown) {
     TextRow& row = rows.emplace_back(group.at);
     row.push_back(group.receiver);
     for (const std::size_t k : {std::size_t{1}, std::size_t{2}}) {
-      const std::vector<double> values = values_of(group, compared_figures()[k]);
+      const std::vector<double> values = values_of(group, compared_metrics()[k]);
       const auto at = [&values](double p) {
         return number(values.size() > 1 ? predictive_quantile(values, p) : kNan, 2);
       };
@@ -128,18 +128,18 @@ std::string csv_interval(const std::optional<MeanEstimate>& e) {
 
 std::optional<double> Compared::of(const ReceiverRecord& record) const {
   if (!index) return available_fraction(record);
-  const double value = record.figures.at(*index);
+  const double value = record.metrics.at(*index);
   if (!std::isfinite(value)) return std::nullopt;
   return value;
 }
 
-const std::vector<Compared>& compared_figures() {
+const std::vector<Compared>& compared_metrics() {
   static const std::vector<Compared> compared = [] {
     std::vector<Compared> list{{"available", "%", 100, {}}};
     for (const char* name :
          {"horizontal_error_p50", "horizontal_error_p95", "vertical_error_p95", "satellites_used"}) {
-      const std::size_t index = figure(name);
-      list.push_back({name, output::cf_unit(figures()[index]->unit), 1, index});
+      const std::size_t index = metric(name);
+      list.push_back({name, output::cf_unit(metrics()[index]->unit), 1, index});
     }
     return list;
   }();
@@ -178,7 +178,7 @@ GroupComparison compare(const Manifest& manifest, const std::vector<std::optiona
   const std::size_t n = occasions.size();
   if (n == 0) return result;
   const Resamples resamples = occasion_resamples(manifest, n);
-  for (const Compared& compared : compared_figures()) {
+  for (const Compared& compared : compared_metrics()) {
     std::vector<double> first;
     for (Group& group : result.groups) {
       group.records.resize(n, nullptr);
@@ -205,9 +205,9 @@ std::string comparison_csv(const GroupComparison& comparison) {
   for (const Group& group : comparison.groups) {
     for (std::size_t k = 0; k < group.estimates.size(); ++k) {
       for (const std::string& value : group.at) text += csv_text(value) + ",";
-      const Compared& figure = compared_figures()[k];
-      text += fmt::format("{},{},{},{},{},{}\n", csv_text(group.receiver), group.runs, figure.name,
-                          figure.unit, csv_interval(group.estimates[k]), csv_interval(group.differences[k]));
+      const Compared& metric = compared_metrics()[k];
+      text += fmt::format("{},{},{},{},{},{}\n", csv_text(group.receiver), group.runs, metric.name,
+                          metric.unit, csv_interval(group.estimates[k]), csv_interval(group.differences[k]));
     }
   }
   return text;

@@ -17,19 +17,19 @@ struct MeanEstimate {
 struct Compared {
   std::string name, unit;
   double scale;                      ///< from of() to the unit
-  std::optional<std::size_t> index;  ///< in figures(); empty: the fraction of available epochs
+  std::optional<std::size_t> index;  ///< in metrics(); empty: the fraction of available epochs
 
   /// Empty if the record has no value.
   [[nodiscard]] std::optional<double> of(const ReceiverRecord& record) const;
 };
-[[nodiscard]] const std::vector<Compared>& compared_figures();
+[[nodiscard]] const std::vector<Compared>& compared_metrics();
 
 /// The runs of one setting: one value on each grouping axis, one receiver.
 struct Group {
   std::vector<std::string> at;  ///< labels on the grouping axes
   std::string receiver;
   std::size_t runs = 0;
-  /// By compared_figures(): over the group's runs; and minus the first group, over the noise realizations of
+  /// By compared_metrics(): over the group's runs; and minus the first group, over the noise realizations of
   /// both.
   std::vector<std::optional<MeanEstimate>> estimates, differences;
   std::vector<const ReceiverRecord*> records;  ///< by noise realization, null if it has none

@@ -116,12 +116,12 @@ class Writer {
     std::string coordinates = "seed_of_run";
     for (const Manifest::Coordinate& axis : manifest_.axes) coordinates += " " + axis.name;
     const std::size_t block = std::min(kBlock, runs);
-    for (const output::SummaryFigure* figure : figures()) {
-      figures_.push_back(define(figure->kept, NC_DOUBLE, {run_dim_, receiver_dim_},
-                                output::cf_unit(figure->unit), figure->help));
-      file_.put_number(figures_.back(), "_FillValue", kMissing);
-      file_.put_text(figures_.back(), "coordinates", coordinates);
-      store(figures_.back(), {block, receivers}, block * receivers * 8);
+    for (const output::SummaryMetric* metric : metrics()) {
+      metrics_.push_back(define(metric->kept, NC_DOUBLE, {run_dim_, receiver_dim_},
+                                output::cf_unit(metric->unit), metric->help));
+      file_.put_number(metrics_.back(), "_FillValue", kMissing);
+      file_.put_text(metrics_.back(), "coordinates", coordinates);
+      store(metrics_.back(), {block, receivers}, block * receivers * 8);
     }
     const auto counts = [&](const char* name, int dim, std::size_t size, const char* meaning) {
       const int variable = define(name, NC_INT64, {run_dim_, receiver_dim_, dim}, "1", meaning);
@@ -226,15 +226,15 @@ class Writer {
     file_.write(run_, {first}, {count}, numbers.data());
     file_.write(seed_, {first}, {count}, seeds.data());
     write_axes(first, count);
-    for (std::size_t k = 0; k < figures_.size(); ++k) {
+    for (std::size_t k = 0; k < metrics_.size(); ++k) {
       std::vector<double> values;
       for (std::size_t run = first; run < first + count; ++run) {
         for (std::size_t r = 0; r < receivers; ++r) {
           const ReceiverRecord* from = receiver(run, r);
-          values.push_back(from == nullptr ? kMissing : from->figures[k]);
+          values.push_back(from == nullptr ? kMissing : from->metrics[k]);
         }
       }
-      file_.write(figures_[k], {first, 0}, {count, receivers}, values.data());
+      file_.write(metrics_[k], {first, 0}, {count, receivers}, values.data());
     }
     const auto counts = [&](int variable, std::size_t size, const auto& of) {
       std::vector<std::int64_t> values;
@@ -285,7 +285,7 @@ class Writer {
   int run_dim_ = 0, receiver_dim_ = 0, epoch_dim_ = 0;
   int run_ = 0, receiver_ = 0, seed_ = 0, problem_ = 0, bin_ = 0, upper_ = 0, hour_ = 0;
   int errors_ = 0, hour_epochs_ = 0, hour_available_ = 0;
-  std::vector<int> axes_, figures_, kept_;
+  std::vector<int> axes_, metrics_, kept_;
 };
 
 }  // namespace

@@ -177,7 +177,7 @@ class Sheet {
                   std::vector<double> all;
                   for (std::size_t g = 0; g < rendered_; ++g) {
                     for (const ReceiverRecord* record : comparison_.groups[g].records) {
-                      const auto value = record == nullptr ? std::nullopt : compared_figures()[2].of(*record);
+                      const auto value = record == nullptr ? std::nullopt : compared_metrics()[2].of(*record);
                       if (value) values[g].push_back(*value), all.push_back(*value);
                     }
                   }

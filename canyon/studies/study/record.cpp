@@ -50,13 +50,13 @@ void dense(const Json& list, std::array<std::uint32_t, N>& counts) {
 
 }  // namespace
 
-std::span<const output::SummaryFigure* const> figures() {
-  static const auto kept = kept_of(output::summary_figures());
+std::span<const output::SummaryMetric* const> metrics() {
+  static const auto kept = kept_of(output::summary_metrics());
   return kept;
 }
 
-std::size_t figure(std::string_view name) {
-  return position_of(figures(), name);
+std::size_t metric(std::string_view name) {
+  return position_of(metrics(), name);
 }
 
 std::span<const output::Column* const> kept_columns() {
@@ -85,7 +85,7 @@ std::string to_line(const RunRecord& record) {
   Json receivers = Json::array();
   for (const ReceiverRecord& receiver : record.receivers) {
     receivers.push_back({{"name", receiver.name},
-                         {"figures", receiver.figures},
+                         {"figures", receiver.metrics},
                          {"errors", sparse(receiver.errors)},
                          {"epochs", sparse(receiver.epochs)},
                          {"available", sparse(receiver.available)}});
@@ -107,13 +107,13 @@ RunRecord from_line(std::string_view line) {
       ReceiverRecord receiver;
       receiver.name = each.at("name").get<std::string>();
       for (const Json& value : each.at("figures")) {
-        receiver.figures.push_back(value.is_null() ? std::numeric_limits<double>::quiet_NaN()
+        receiver.metrics.push_back(value.is_null() ? std::numeric_limits<double>::quiet_NaN()
                                                    : value.get<double>());
       }
       dense(each.at("errors"), receiver.errors);
       dense(each.at("epochs"), receiver.epochs);
       dense(each.at("available"), receiver.available);
-      if (receiver.figures.size() != figures().size()) throw InputError("other metrics than this program's");
+      if (receiver.metrics.size() != metrics().size()) throw InputError("other metrics than this program's");
       record.receivers.push_back(std::move(receiver));
     }
     return record;
@@ -177,7 +177,7 @@ void RecordSink::write(const simulation::Epoch& epoch) {
 std::vector<ReceiverRecord> RecordSink::take() {
   const std::vector<output::RunSummary> summaries = summary_.summaries();
   for (std::size_t i = 0; i < records_.size(); ++i)
-    for (const auto* figure : figures()) records_[i].figures.push_back(figure->value(summaries[i]));
+    for (const auto* metric : metrics()) records_[i].metrics.push_back(metric->value(summaries[i]));
   return std::move(records_);
 }
 

@@ -13,10 +13,10 @@
 
 namespace canyon::study {
 
-/// The rows of output::summary_figures() that studies store, in the order of records and files.
-[[nodiscard]] std::span<const output::SummaryFigure* const> figures();
-/// The index of a metric in that list by SummaryFigure::kept. Precondition: it is in the list.
-[[nodiscard]] std::size_t figure(std::string_view name);
+/// The rows of output::summary_metrics() that studies store, in the order of records and files.
+[[nodiscard]] std::span<const output::SummaryMetric* const> metrics();
+/// The index of a metric in that list by SummaryMetric::kept. Precondition: it is in the list.
+[[nodiscard]] std::size_t metric(std::string_view name);
 
 /// Horizontal errors are counted in bins of a twentieth of a decade from 1 mm to 100 km; the first bin
 /// includes smaller errors, the last larger ones.
@@ -43,7 +43,7 @@ struct KeptEpochs {
 /// The results of one receiver of one run.
 struct ReceiverRecord {
   std::string name;
-  std::vector<double> figures;  ///< by figures()
+  std::vector<double> metrics;  ///< by metrics()
   std::array<std::uint32_t, kErrorBins> errors{};
   std::array<std::uint32_t, 24> epochs{}, available{};  ///< by hour of the day, UTC
   KeptEpochs kept;                                      ///< not in the record's line

@@ -88,9 +88,9 @@ TEST(StudyRuns, HaveTheFiguresOfASimulation) {
   (void)simulation.run({&sink});
   const auto summaries = sink.summaries();
   for (std::size_t r = 0; r < 2; ++r) {
-    for (std::size_t k = 0; k < figures().size(); ++k) {
-      const double expected = figures()[k]->value(summaries[r]), value = record->receivers[r].figures[k];
-      EXPECT_TRUE(expected == value || (std::isnan(expected) && std::isnan(value))) << figures()[k]->kept;
+    for (std::size_t k = 0; k < metrics().size(); ++k) {
+      const double expected = metrics()[k]->value(summaries[r]), value = record->receivers[r].metrics[k];
+      EXPECT_TRUE(expected == value || (std::isnan(expected) && std::isnan(value))) << metrics()[k]->kept;
     }
   }
 }
@@ -335,8 +335,8 @@ RunRecord made_up(std::size_t number, const std::string& seed, const std::string
   record.at = {seed, mask};
   ReceiverRecord receiver;
   receiver.name = "car";
-  receiver.figures.assign(figures().size(), 1);
-  receiver.figures[figure("horizontal_error_p95")] = p95_m;
+  receiver.metrics.assign(metrics().size(), 1);
+  receiver.metrics[metric("horizontal_error_p95")] = p95_m;
   receiver.epochs[3] = 10;
   receiver.available[3] = 5;
   record.receivers.push_back(receiver);

@@ -359,11 +359,11 @@ TEST(Comparison, OwnFixesAndThePositionFilter) {
   EXPECT_GT(median(from_single_m).value(), 0.1);
 
   const std::size_t count = plain.epochs.size() / 2;
-  const PositionFigures own = own_fix_figures(recording, plain, count, count);
+  const PositionMetrics own = reported_fix_metrics(recording, plain, count, count);
   EXPECT_GT(own.fixes, count / 2);
   EXPECT_LE(own.fixes, count);
   EXPECT_FALSE(std::isfinite(own.mean_used));
-  const ModelFigures f = figures(filtered, count, count, "second half");
+  const ModelMetrics f = metrics(filtered, count, count, "second half");
   EXPECT_EQ(f.filtered.simulated.epochs, count);
   EXPECT_EQ(f.filtered.measured.reported, f.filtered.measured.fixes);
   EXPECT_GE(f.filtered.measured.horizontal_within[1], f.filtered.measured.horizontal_within[0]);

@@ -43,15 +43,15 @@ std::optional<double> distance_of(const Headline& point, double simulated) {
   return h.distance();
 }
 
-void add_scores(const Headline& point, const std::vector<double>& values, EnsembleFigure& figure) {
+void add_scores(const Headline& point, const std::vector<double>& values, EnsembleMetric& metric) {
   std::vector<double> distances;
   for (const double value : values) {
     const auto distance = distance_of(point, value);
     if (!distance || !std::isfinite(*distance)) return;
     distances.push_back(*distance);
   }
-  figure.score = interval_score(five_of(distances), 0);
-  if (const auto distance = point.distance()) figure.point_score = std::abs(*distance);
+  metric.score = interval_score(five_of(distances), 0);
+  if (const auto distance = point.distance()) metric.point_score = std::abs(*distance);
 }
 
 std::string percent(std::size_t part, std::size_t all) {
@@ -63,7 +63,7 @@ std::string table_of(const EnsembleRow& row) {
   std::string text = fmt::format("{}: {}; {} draws\n\n", row.name, row.part, row.samples.size());
   for (const std::string& unknown : row.unknowns) text += fmt::format("- {}\n", unknown);
   std::vector<TextRow> lines;
-  for (const EnsembleFigure& f : ensemble_figures(row)) {
+  for (const EnsembleMetric& f : ensemble_metrics(row)) {
     const auto number = [&f](double value) { return fmt::format("{:.{}f}", value, f.info.decimals); };
     const auto ends = [&number](const Interval& i) { return number(i.low) + " to " + number(i.high); };
     lines.push_back({std::string(f.info.title), number(f.recorded), f.point ? number(*f.point) : "-",
@@ -80,7 +80,7 @@ Json ends_json(const Interval& interval) {
   return {interval.low, interval.high};
 }
 
-Json figure_json(const EnsembleFigure& f) {
+Json metric_json(const EnsembleMetric& f) {
   return {{"recorded", f.recorded},
           {"point", f.point},
           {"median", f.median},
@@ -91,14 +91,14 @@ Json figure_json(const EnsembleFigure& f) {
 }
 
 Json coverage_json(const Coverage& sum) {
-  return {{"figures", sum.figures}, {"within_50", sum.within_half},   {"within_90", sum.within_most},
+  return {{"figures", sum.metrics}, {"within_50", sum.within_half},   {"within_90", sum.within_most},
           {"score", sum.score},     {"point_score", sum.point_score}, {"widest_p50_ratio", sum.widest_p50}};
 }
 
 }  // namespace
 
-std::vector<EnsembleFigure> ensemble_figures(const EnsembleRow& row) {
-  std::vector<EnsembleFigure> figures;
+std::vector<EnsembleMetric> ensemble_metrics(const EnsembleRow& row) {
+  std::vector<EnsembleMetric> metrics;
   for (const Headline& point : row.point) {
     if (!point.pair() || !point.measured) continue;
     std::vector<double> values;
@@ -108,20 +108,20 @@ std::vector<EnsembleFigure> ensemble_figures(const EnsembleRow& row) {
     }
     if (values.size() < 2) continue;
     const Five five = five_of(values);
-    EnsembleFigure figure{point.info, *point.measured, point.simulated, five[kMiddle], {}, {}, {}, {}};
-    figure.half = {five[kLow50], five[kHigh50]};
-    figure.most = {five[kLow90], five[kHigh90]};
-    add_scores(point, values, figure);
-    figures.push_back(std::move(figure));
+    EnsembleMetric metric{point.info, *point.measured, point.simulated, five[kMiddle], {}, {}, {}, {}};
+    metric.half = {five[kLow50], five[kHigh50]};
+    metric.most = {five[kLow90], five[kHigh90]};
+    add_scores(point, values, metric);
+    metrics.push_back(std::move(metric));
   }
-  return figures;
+  return metrics;
 }
 
 Coverage coverage(const std::vector<EnsembleRow>& rows) {
   Coverage sum;
   for (const EnsembleRow& row : rows) {
-    for (const EnsembleFigure& f : ensemble_figures(row)) {
-      ++sum.figures;
+    for (const EnsembleMetric& f : ensemble_metrics(row)) {
+      ++sum.metrics;
       sum.within_half += f.within_half();
       sum.within_most += f.within_most();
       if (f.info.key == "horizontal_p50_m")
@@ -147,7 +147,7 @@ std::string ensemble_text(const std::vector<EnsembleRow>& rows) {
   for (const auto& [fraction, within, goal] :
        {std::tuple("50", sum.within_half, "35 to 65 %"), std::tuple("90", sum.within_most, "80 to 97 %")}) {
     lines.push_back({fmt::format("within the {} % interval", fraction),
-                     fmt::format("{} ({})", within, percent(within, sum.figures)), goal});
+                     fmt::format("{} ({})", within, percent(within, sum.metrics)), goal});
   }
   if (sum.widest_p50 > 0) {
     lines.push_back({"widest 90 % interval of p50, ratio of its ends", fmt::format("{:.1f}", sum.widest_p50),
@@ -157,14 +157,14 @@ std::string ensemble_text(const std::vector<EnsembleRow>& rows) {
     lines.push_back({"interval score, in ranges of the score card", fmt::format("{:.2f}", sum.score),
                      fmt::format("below {:.2f}, as it is", sum.point_score)});
   }
-  return text + text_table({fmt::format("of {} recorded metrics", sum.figures), "", "goal"}, lines);
+  return text + text_table({fmt::format("of {} recorded metrics", sum.metrics), "", "goal"}, lines);
 }
 
 std::string ensemble_json(const std::vector<EnsembleRow>& rows) {
   Json json{{"recordings", Json::array()}, {"coverage", coverage_json(coverage(rows))}};
   for (const EnsembleRow& row : rows) {
-    Json figures = Json::object(), samples = Json::array();
-    for (const EnsembleFigure& f : ensemble_figures(row)) figures[f.info.key] = figure_json(f);
+    Json metrics = Json::object(), samples = Json::array();
+    for (const EnsembleMetric& f : ensemble_metrics(row)) metrics[f.info.key] = metric_json(f);
     for (const EnsembleRow::EnsembleSample& draw : row.samples) {
       Json unknowns = Json::object(), values = Json::object();
       for (const auto& [name, value] : draw.values) unknowns[name] = value;
@@ -174,7 +174,7 @@ std::string ensemble_json(const std::vector<EnsembleRow>& rows) {
     json["recordings"].push_back({{"name", row.name},
                                   {"part", row.part},
                                   {"unknowns", row.unknowns},
-                                  {"figures", std::move(figures)},
+                                  {"figures", std::move(metrics)},
                                   {"draws", std::move(samples)}});
   }
   return json.dump(2) + "\n";

@@ -25,8 +25,8 @@ struct EnsembleRow {
 };
 
 /// A metric of both recording and simulations.
-struct EnsembleFigure {
-  FigureInfo info;
+struct EnsembleMetric {
+  MetricInfo info;
   double recorded = 0;
   std::optional<double> point;  ///< simulated with the settings as they are
   double median = 0;
@@ -46,11 +46,11 @@ struct EnsembleFigure {
 /// intervals:
 ///   (|x - m| / 2 + sum over a in {0.5, 0.1} of a / 2 (u - l) + max(l - x, 0) + max(x - u, 0)) / 2.5.
 /// A point forecast scores its distance |x - m|; less is better.
-[[nodiscard]] std::vector<EnsembleFigure> ensemble_figures(const EnsembleRow& row);
+[[nodiscard]] std::vector<EnsembleMetric> ensemble_metrics(const EnsembleRow& row);
 
 /// Sums over metrics of all rows.
 struct Coverage {
-  std::size_t figures = 0, within_half = 0, within_most = 0;
+  std::size_t metrics = 0, within_half = 0, within_most = 0;
   double score = 0, point_score = 0;  ///< means; 0 without metrics
   std::size_t scored = 0;
   double widest_p50 = 0;  ///< largest ratio of the ends of the 90 % interval of horizontal p50; 0: none

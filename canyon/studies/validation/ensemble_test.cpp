@@ -12,7 +12,7 @@ using ::testing::HasSubstr;
 
 Headline headline_of(const char* key, std::optional<double> measured, std::optional<double> simulated) {
   return {
-      {key, key, 1, FigureInfo::Kind::Pair, nullptr, figure_info(key)->range}, measured, simulated, {}, {}};
+      {key, key, 1, MetricInfo::Kind::Pair, nullptr, metric_info(key)->range}, measured, simulated, {}, {}};
 }
 
 /// Simulated satellites used are 1, 2, ... 19.
@@ -31,9 +31,9 @@ EnsembleRow row_with(double recorded, double point) {
 
 // The 90 % interval of the next sample after 19 runs, the first to the last: ranks 0.05 x 20, 0.95 x 20.
 TEST(Ensemble, IntervalsAreThoseOfTheNextDraw) {
-  const auto figures = ensemble_figures(row_with(18, 12));
-  ASSERT_EQ(figures.size(), 1U) << "a figure that is not recorded is left out";
-  const EnsembleFigure& f = figures.front();
+  const auto metrics = ensemble_metrics(row_with(18, 12));
+  ASSERT_EQ(metrics.size(), 1U) << "a figure that is not recorded is left out";
+  const EnsembleMetric& f = metrics.front();
   EXPECT_EQ(f.median, 10);
   EXPECT_EQ(f.half.low, 5);
   EXPECT_EQ(f.half.high, 15);
@@ -46,18 +46,18 @@ TEST(Ensemble, IntervalsAreThoseOfTheNextDraw) {
 
 // By hand, in units of one satellite: distance 8 / 2, half interval 10 / 4, 3 above it, 18 / 20 of the most.
 TEST(Ensemble, ScoresByHand) {
-  const EnsembleFigure f = ensemble_figures(row_with(18, 12)).front();
+  const EnsembleMetric f = ensemble_metrics(row_with(18, 12)).front();
   EXPECT_NEAR(f.score.value(), (8.0 / 2 + 10.0 / 4 + 3 + 18.0 / 20) / 2.5, 1e-12);
   EXPECT_NEAR(f.point_score.value(), 6, 1e-12);
   // Outside both intervals its distances from both count.
-  EXPECT_NEAR(ensemble_figures(row_with(21, 12)).front().score.value(),
+  EXPECT_NEAR(ensemble_metrics(row_with(21, 12)).front().score.value(),
               (11.0 / 2 + 10.0 / 4 + 6 + 18.0 / 20 + 2) / 2.5, 1e-12);
 }
 
 TEST(Ensemble, CountsOverRecordings) {
   const std::vector<EnsembleRow> rows{row_with(18, 12), row_with(12, 12), row_with(21, 12)};
   const Coverage sum = coverage(rows);
-  EXPECT_EQ(sum.figures, 3U);
+  EXPECT_EQ(sum.metrics, 3U);
   EXPECT_EQ(sum.within_half, 1U);
   EXPECT_EQ(sum.within_most, 2U);
   EXPECT_EQ(sum.point_score, (6.0 + 0 + 9) / 3);

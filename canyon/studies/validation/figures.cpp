@@ -58,7 +58,7 @@ struct ObservationSample {
     if (o.cn0_dbhz && (o.error_m || side == Side::Simulated)) cn0.of(side).add(nlos, *o.cn0_dbhz);
   }
   /// @param runs number of runs of the simulated values
-  void write(ObservationFigures& to, std::size_t runs) const {
+  void write(ObservationMetrics& to, std::size_t runs) const {
     to.tracked_los = tracked[0];
     to.tracked_nlos = tracked[1];
     for (TrackedFraction* weights : {&to.tracked_los, &to.tracked_nlos}) {
@@ -80,7 +80,7 @@ struct ExplainedSample {
     measured.push_back(error_m);
     difference.push_back(std::abs(error_m - prediction_m));
   }
-  [[nodiscard]] Explained figures(std::string kind, std::size_t nlos) const {
+  [[nodiscard]] Explained metrics(std::string kind, std::size_t nlos) const {
     Explained e;
     e.kind = std::move(kind);
     e.n = predicted.size();
@@ -91,8 +91,8 @@ struct ExplainedSample {
   }
 };
 
-PositionFigures position_figures(std::span<const ComparedFix> fixes) {
-  PositionFigures p;
+PositionMetrics position_metrics(std::span<const ComparedFix> fixes) {
+  PositionMetrics p;
   p.epochs = fixes.size();
   std::vector<double> horizontal, vertical;
   double used = 0;
@@ -119,7 +119,7 @@ PositionFigures position_figures(std::span<const ComparedFix> fixes) {
 }
 
 std::vector<std::vector<std::uint16_t>> stream_name(std::span<const ComparedEpoch> epochs,
-                                                    const FigureOptions& options) {
+                                                    const MetricOptions& options) {
   return time_block_bootstrap(epochs, options.block_s, options.resamples, options.seed);
 }
 
@@ -136,7 +136,7 @@ struct PhaseSample {
   std::size_t slips = 0;
   ByView noise;  ///< magnitudes [m]
 
-  [[nodiscard]] PhaseFigures figures(double interval_s) const {
+  [[nodiscard]] PhaseMetrics metrics(double interval_s) const {
     const auto view = [this](std::size_t v) {
       PhaseView result{observations[v], with_phase[v], {}, noise.of[v].size()};
       if (const auto middle = median(noise.of[v])) result.noise_m = kMadToSigma * *middle;
@@ -252,15 +252,15 @@ class PhaseWalk {
 
 /// Metrics of every signal of a comparison's epochs [first, first + count), with the simulated values of
 /// `runs` (not empty).
-std::vector<SignalFigures> signal_figures(const Comparison& comparison, std::size_t first, std::size_t count,
+std::vector<SignalMetrics> signal_metrics(const Comparison& comparison, std::size_t first, std::size_t count,
                                           std::span<const Comparison> runs) {
-  std::vector<SignalFigures> result;
+  std::vector<SignalMetrics> result;
   const auto has = [](const std::vector<const gnss::Signal*>& list, const gnss::Signal* signal) {
     return std::find(list.begin(), list.end(), signal) != list.end();
   };
   for (const gnss::System system : gnss::kAllSystems) {
     for (const gnss::Signal& signal : gnss::signals_of(system)) {
-      SignalFigures f;
+      SignalMetrics f;
       f.signal = &signal;
       f.recorded = has(comparison.recorded, &signal);
       f.tracked = has(comparison.tracked, &signal);
@@ -293,10 +293,10 @@ std::vector<SignalFigures> signal_figures(const Comparison& comparison, std::siz
   walk(Side::Measured, comparison);
   for (const Comparison& run : runs) walk(Side::Simulated, run);
 
-  for (SignalFigures& f : result) {
+  for (SignalMetrics& f : result) {
     if (!f.judged()) continue;
     samples[f.signal].write(f, runs.size());
-    for (const Side side : kSides) f.phase.of(side) = phases.of(side)[f.signal].figures(interval_s);
+    for (const Side side : kSides) f.phase.of(side) = phases.of(side)[f.signal].metrics(interval_s);
   }
   return result;
 }
@@ -332,8 +332,8 @@ class Collector {
     }
   }
 
-  [[nodiscard]] ModelFigures figures(const FigureOptions& options) const {
-    ModelFigures f = headline_figures();
+  [[nodiscard]] ModelMetrics metrics(const MetricOptions& options) const {
+    ModelMetrics f = headline_metrics();
     f.by_cn0 = separation(weakness_.nlos(), weakness_.los());
     f.by_error = separation(sample_.error.measured.nlos(), sample_.error.measured.los());
     f.bands = bands_;
@@ -342,21 +342,21 @@ class Collector {
       f.bands[b].by_error = separation(band_error_[b].nlos(), band_error_[b].los());
     }
     add_segments(f);
-    f.signals = signal_figures(comparison_, first_, epochs_.size(), runs_);
+    f.signals = signal_metrics(comparison_, first_, epochs_.size(), runs_);
     if (options.resamples > 0) add_intervals(f, options);
     return f;
   }
 
   /// The metrics of headlines.
-  [[nodiscard]] ModelFigures headline_figures() const {
-    ModelFigures f;
+  [[nodiscard]] ModelMetrics headline_metrics() const {
+    ModelMetrics f;
     f.epochs = epochs_.size();
     f.runs = runs_.size();
     f.los = sample_.error.measured.los().size();
     f.nlos = sample_.error.measured.nlos().size();
     sample_.write(f, runs_.size());
     for (std::size_t k = 0; k < kinds_.size(); ++k)
-      f.explained.push_back(explained_[k].figures(kinds_[k], f.nlos));
+      f.explained.push_back(explained_[k].metrics(kinds_[k], f.nlos));
     f.used = pair_of(used_.measured, used_.simulated);
     f.tracked_over_time = spearman(tracked_.measured, tracked_.simulated);
     f.position = positions(&ComparedEpoch::fix, first_, epochs_.size());
@@ -418,7 +418,7 @@ class Collector {
     return b;
   }
 
-  void add_segments(ModelFigures& f) const {
+  void add_segments(ModelMetrics& f) const {
     constexpr std::size_t kFewest = 10;
     std::size_t street = 0;
     for (const StreetSegment& whole : comparison_.segments) {
@@ -448,12 +448,12 @@ class Collector {
         all.insert(all.end(), times_of(e - first_), (one.epochs[e].*kind).of(side));
     return all;
   }
-  [[nodiscard]] Sides<PositionFigures> positions(FixKind kind, std::size_t first, std::size_t count) const {
-    return {position_figures(fixes(kind, Side::Measured, first, count)),
-            position_figures(fixes(kind, Side::Simulated, first, count))};
+  [[nodiscard]] Sides<PositionMetrics> positions(FixKind kind, std::size_t first, std::size_t count) const {
+    return {position_metrics(fixes(kind, Side::Measured, first, count)),
+            position_metrics(fixes(kind, Side::Simulated, first, count))};
   }
 
-  void add_intervals(ModelFigures& f, const FigureOptions& options) const {
+  void add_intervals(ModelMetrics& f, const MetricOptions& options) const {
     const auto samples = stream_name(epochs_, options);
     const auto interval = [&samples](const std::vector<RankedSample::Item>& items) {
       const RankedSample sample(items);
@@ -506,18 +506,18 @@ std::string describe_part(const Comparison& comparison, std::size_t first, std::
                      count);
 }
 
-ModelFigures figures(const Comparison& comparison, std::size_t first, std::size_t count,
-                     const std::string& part, const FigureOptions& options,
+ModelMetrics metrics(const Comparison& comparison, std::size_t first, std::size_t count,
+                     const std::string& part, const MetricOptions& options,
                      std::span<const Comparison> runs) {
   assert(first + count <= comparison.epochs.size());
-  ModelFigures f = Collector(comparison, first, count, runs).figures(options);
+  ModelMetrics f = Collector(comparison, first, count, runs).metrics(options);
   f.model = comparison.name;
   f.part = part;
   return f;
 }
 
-PositionFigures own_fix_figures(const Recording& recording, const Comparison& comparison, std::size_t first,
-                                std::size_t count) {
+PositionMetrics reported_fix_metrics(const Recording& recording, const Comparison& comparison,
+                                     std::size_t first, std::size_t count) {
   assert(first + count <= comparison.epochs.size());
   std::vector<ComparedFix> fixes;
   if (count > 0) {
@@ -530,20 +530,20 @@ PositionFigures own_fix_figures(const Recording& recording, const Comparison& co
       fixes.push_back({true, own.error_enu_m});
     }
   }
-  PositionFigures figures = position_figures(fixes);
-  figures.mean_used = std::numeric_limits<double>::quiet_NaN();
-  return figures;
+  PositionMetrics metrics = position_metrics(fixes);
+  metrics.mean_used = std::numeric_limits<double>::quiet_NaN();
+  return metrics;
 }
 
 std::vector<Headline> headlines(const Comparison& comparison, std::size_t first, std::size_t count) {
-  return headlines(Collector(comparison, first, count, {}).headline_figures());
+  return headlines(Collector(comparison, first, count, {}).headline_metrics());
 }
 
 std::vector<Headline> headlines_by_other_part(const Comparison& comparison, std::size_t first,
                                               std::size_t count, std::size_t other_first,
                                               std::size_t other_count) {
   const auto measured_headlines = [&comparison](std::size_t begin, std::size_t n) {
-    return headlines(Collector(comparison, begin, n, {}).headline_figures());
+    return headlines(Collector(comparison, begin, n, {}).headline_metrics());
   };
   // Distances of distributions: measured values of one part, and those of the other as the simulated ones.
   Comparison both;
@@ -564,7 +564,7 @@ std::vector<Headline> headlines_by_other_part(const Comparison& comparison, std:
   };
   add(first, count, false);
   add(other_first, other_count, true);
-  std::vector<Headline> result = headlines(Collector(both, 0, both.epochs.size(), {}).headline_figures());
+  std::vector<Headline> result = headlines(Collector(both, 0, both.epochs.size(), {}).headline_metrics());
   const std::vector<Headline> own = measured_headlines(first, count),
                               other = measured_headlines(other_first, other_count);
   for (std::size_t i = 0; i < result.size(); ++i) {
@@ -576,14 +576,14 @@ std::vector<Headline> headlines_by_other_part(const Comparison& comparison, std:
 }
 
 void add_intervals(std::vector<Headline>& headlines_of_all, const Comparison& comparison, std::size_t first,
-                   std::size_t count, const FigureOptions& options, std::span<const Comparison> runs) {
+                   std::size_t count, const MetricOptions& options, std::span<const Comparison> runs) {
   assert(first + count <= comparison.epochs.size());
   const auto samples =
       stream_name(std::span<const ComparedEpoch>(comparison.epochs).subspan(first, count), options);
   std::vector<std::array<std::vector<double>, 2>> values(headlines_of_all.size());
   for (const auto& times : samples) {
     const std::vector<Headline> sampled =
-        headlines(Collector(comparison, first, count, runs, times).headline_figures());
+        headlines(Collector(comparison, first, count, runs, times).headline_metrics());
     for (std::size_t k = 0; k < std::min(sampled.size(), values.size()); ++k) {
       if (sampled[k].measured) values[k][0].push_back(*sampled[k].measured);
       if (sampled[k].simulated) values[k][1].push_back(*sampled[k].simulated);
@@ -633,16 +633,16 @@ std::optional<double> PhaseView::fraction() const {
   return static_cast<double>(with_phase) / static_cast<double>(observations);
 }
 
-std::optional<double> PhaseFigures::time_between_slips_s() const {
+std::optional<double> PhaseMetrics::time_between_slips_s() const {
   if (slips == 0) return std::nullopt;
   return time_s / static_cast<double>(slips);
 }
 
-std::string SignalFigures::name() const {
+std::string SignalMetrics::name() const {
   return fmt::format("{} {}", gnss::name(signal->system), signal->name);
 }
 
-bool SignalFigures::first() const {
+bool SignalMetrics::first() const {
   return gnss::index_of(*signal) == 0;
 }
 

@@ -39,7 +39,7 @@ struct TrackedFraction : Sides<std::size_t> {
 };
 
 /// Satellites and observations of one signal, by visibility in the city.
-struct ObservationFigures {
+struct ObservationMetrics {
   TrackedFraction tracked_los, tracked_nlos;  ///< of satellites that send it
   DistributionPair error_los_m, error_nlos_m, cn0_los_dbhz, cn0_nlos_dbhz;
 };
@@ -59,7 +59,7 @@ struct Band {
   std::optional<Separation> by_cn0, by_error;
 };
 
-struct PositionFigures {
+struct PositionMetrics {
   std::size_t epochs = 0, fixes = 0;
   /// Satellites, over epochs with a fix; NaN without.
   double mean_used = std::numeric_limits<double>::quiet_NaN();
@@ -85,7 +85,7 @@ struct PhaseView {
   [[nodiscard]] std::optional<double> fraction()
       const;  ///< fraction with a phase; empty without observations
 };
-struct PhaseFigures {
+struct PhaseMetrics {
   PhaseView los, nlos;
   /// Phases that do not continue the signal's previous one: reported by the receiver, or after an epoch
   /// without phase.
@@ -95,24 +95,24 @@ struct PhaseFigures {
 };
 
 /// One signal of one system. Has no observations unless it is both recorded and tracked.
-struct SignalFigures : ObservationFigures {
+struct SignalMetrics : ObservationMetrics {
   const gnss::Signal* signal = nullptr;
   bool recorded = false, tracked = false;  ///< Comparison::recorded, tracked
-  Sides<PhaseFigures> phase;               ///< of several runs: pooled
+  Sides<PhaseMetrics> phase;               ///< of several runs: pooled
   [[nodiscard]] bool judged() const { return recorded && tracked; }
   [[nodiscard]] std::string name() const;  ///< "GPS L2C"
   [[nodiscard]] bool first() const;        ///< the one near L1, to which the other metrics refer
 };
 
-struct SegmentFigures {
+struct SegmentMetrics {
   std::size_t street = 0;  ///< number of the whole recording's segment, from 1
   StreetSegment segment;
-  Sides<PositionFigures> position;
+  Sides<PositionMetrics> position;
 };
 
 /// All metrics of `canyon validate` of one model on one part of a recording. Measured observations are those
 /// with an error: not gross, at an epoch with a clock.
-struct ModelFigures : ObservationFigures {  ///< of each system's first signal
+struct ModelMetrics : ObservationMetrics {  ///< of each system's first signal
   std::string model;
   std::string part;  ///< "second half: 12:52:00 to 12:56:24 GPST, 243 epochs"
   std::size_t epochs = 0;
@@ -126,17 +126,17 @@ struct ModelFigures : ObservationFigures {  ///< of each system's first signal
   /// Correlation of the numbers of satellites with a first signal, measured and simulated, over epochs where
   /// both have some.
   std::optional<RankCorrelation> tracked_over_time;
-  Sides<PositionFigures> position;       ///< of single epochs
-  Sides<PositionFigures> filtered;       ///< no epochs if the receiver has no filter
-  std::vector<SegmentFigures> segments;  ///< of at least 10 epochs
-  std::vector<SignalFigures> signals;    ///< by system, then in the order of gnss::signals_of()
+  Sides<PositionMetrics> position;       ///< of single epochs
+  Sides<PositionMetrics> filtered;       ///< no epochs if the receiver has no filter
+  std::vector<SegmentMetrics> segments;  ///< of at least 10 epochs
+  std::vector<SignalMetrics> signals;    ///< by system, then in the order of gnss::signals_of()
   /// Positions that the recorded receiver reported by NMEA; its satellites are not known: mean_used is NaN.
-  std::optional<PositionFigures> own_fixes;
+  std::optional<PositionMetrics> own_fixes;
   std::vector<NeverTracked> never_tracked;  ///< in the whole recording; set by the caller of never_tracked()
   bool left_out = false;                    ///< they are removed: CompareOptions::leave_out
 };
 
-struct FigureOptions {
+struct MetricOptions {
   /// Blocks of the bootstrap [s]: errors are correlated over the length of a building. [1, 600]; at most a
   /// fifth of the part.
   double block_s = 60;
@@ -152,14 +152,14 @@ struct FigureOptions {
 /// recording and satellites, for example in cities moved within their position's uncertainty. If there are
 /// any, the simulated values are pooled over them, while measured values, LOS and NLOS, and explanations of
 /// observations are `comparison`'s.
-[[nodiscard]] ModelFigures figures(const Comparison& comparison, std::size_t first, std::size_t count,
-                                   const std::string& part, const FigureOptions& options = {},
+[[nodiscard]] ModelMetrics metrics(const Comparison& comparison, std::size_t first, std::size_t count,
+                                   const std::string& part, const MetricOptions& options = {},
                                    std::span<const Comparison> runs = {});
 
 /// Metrics of Recording::own_fixes in the epochs [first, first + count) of a comparison of that recording,
 /// first and last time included.
-[[nodiscard]] PositionFigures own_fix_figures(const Recording& recording, const Comparison& comparison,
-                                              std::size_t first, std::size_t count);
+[[nodiscard]] PositionMetrics reported_fix_metrics(const Recording& recording, const Comparison& comparison,
+                                                   std::size_t first, std::size_t count);
 
 /// Epochs [first, first + count) of one recording, and the runs of its simulated values, if any.
 struct PooledPart {
@@ -167,7 +167,7 @@ struct PooledPart {
   std::size_t first = 0, count = 0;
   std::span<const Comparison> runs;
 };
-/// All concatenated, as one comparison without streets, for figures() of all observations. Recordings of a
+/// All concatenated, as one comparison without streets, for metrics() of all observations. Recordings of a
 /// shorter interval are decimated to the longest of all, so that a second weighs the same in each; if a
 /// recording has fewer runs than another, its runs are repeated.
 struct Pooled {

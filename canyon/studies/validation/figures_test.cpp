@@ -55,11 +55,11 @@ class Hand {
     s.measured.cn0_dbhz = cn0_dbhz;
     return s;
   }
-  [[nodiscard]] ModelFigures figures(const FigureOptions& options = no_intervals()) const {
-    return validation::figures(comparison, 0, comparison.epochs.size(), "all", options);
+  [[nodiscard]] ModelMetrics metrics(const MetricOptions& options = no_intervals()) const {
+    return validation::metrics(comparison, 0, comparison.epochs.size(), "all", options);
   }
-  static FigureOptions no_intervals() {
-    FigureOptions options;
+  static MetricOptions no_intervals() {
+    MetricOptions options;
     options.resamples = 0;
     return options;
   }
@@ -67,7 +67,7 @@ class Hand {
 };
 
 // NLOS is later and weaker in 5 of the 3 times 2 pairs: AUC 5/6.
-TEST(ModelFigures, SeparationByHand) {
+TEST(ModelMetrics, SeparationByHand) {
   Hand hand;
   hand.epoch();
   hand.measured(true, 0, 40);
@@ -76,7 +76,7 @@ TEST(ModelFigures, SeparationByHand) {
   hand.epoch();
   hand.measured(false, 1.5, 39, 20);
   hand.measured(false, 10, 30, 20);
-  const ModelFigures f = hand.figures();
+  const ModelMetrics f = hand.metrics();
   EXPECT_EQ(f.model, "by hand");
   EXPECT_EQ(f.epochs, 2U);
   EXPECT_EQ(f.los, 3U);
@@ -94,19 +94,19 @@ TEST(ModelFigures, SeparationByHand) {
   EXPECT_FALSE(f.by_error_interval);
 }
 
-TEST(ModelFigures, BandsMeetWithoutOverlap) {
+TEST(ModelMetrics, BandsMeetWithoutOverlap) {
   Hand hand;
   hand.epoch();
   for (const double elevation_deg : {5.0, 10.0, 29.999, 30.001, 49.999, 50.001, 90.0})
     hand.measured(true, 0, 40, elevation_deg);
-  const ModelFigures f = hand.figures();
+  const ModelMetrics f = hand.metrics();
   EXPECT_EQ(f.bands[0].los, 2U);
   EXPECT_EQ(f.bands[1].los, 2U);
   EXPECT_EQ(f.bands[2].los, 2U);
   EXPECT_EQ(f.los, 7U);
 }
 
-TEST(ModelFigures, TrackedExplainedAndDistributions) {
+TEST(ModelMetrics, TrackedExplainedAndDistributions) {
   Hand hand;
   hand.epoch();
   // LOS: 4 satellites, 3 measured, 2 simulated.
@@ -129,7 +129,7 @@ TEST(ModelFigures, TrackedExplainedAndDistributions) {
     if (i == 2) s.prediction = {PathKind::Diffracted, 0, delays[i]};
     if (i == 4) s.prediction = {PathKind::Diffuse, 0, 99};  // not measured: explains nothing
   }
-  const ModelFigures f = hand.figures();
+  const ModelMetrics f = hand.metrics();
   EXPECT_EQ(f.tracked_los.satellites, 4U);
   EXPECT_DOUBLE_EQ(f.tracked_los.ratio(Side::Measured).value(), 0.75);
   EXPECT_DOUBLE_EQ(f.tracked_los.ratio(Side::Simulated).value(), 0.5);
@@ -161,7 +161,7 @@ TEST(ModelFigures, TrackedExplainedAndDistributions) {
   EXPECT_EQ(f.cn0_los_dbhz.measured.n, 0U);
 }
 
-TEST(ModelFigures, PositionsAndSegments) {
+TEST(ModelMetrics, PositionsAndSegments) {
   Hand hand;
   for (int i = 0; i < 40; ++i) {
     ComparedEpoch& e = hand.epoch();
@@ -174,7 +174,7 @@ TEST(ModelFigures, PositionsAndSegments) {
     e.fix.simulated.used = 8;
   }
   hand.comparison.segments = {{0, 25, 25, 90}, {25, 15, 15, 180}};
-  const ModelFigures f = hand.figures();
+  const ModelMetrics f = hand.metrics();
   EXPECT_EQ(f.position.measured.epochs, 40U);
   EXPECT_EQ(f.position.measured.fixes, 20U);
   EXPECT_DOUBLE_EQ(f.position.measured.mean_used, 6);
@@ -187,7 +187,7 @@ TEST(ModelFigures, PositionsAndSegments) {
   EXPECT_DOUBLE_EQ(f.segments[1].position.simulated.horizontal_m[2], 32);  // of 25 to 39
 
   // A part: segments are cut to it, and those of fewer than ten epochs are left out.
-  const ModelFigures part = figures(hand.comparison, 18, 20, "middle", Hand::no_intervals());
+  const ModelMetrics part = metrics(hand.comparison, 18, 20, "middle", Hand::no_intervals());
   ASSERT_EQ(part.segments.size(), 1U);
   EXPECT_EQ(part.segments[0].segment.first, 25U);
   EXPECT_EQ(part.segments[0].segment.count, 13U);
@@ -235,9 +235,9 @@ Hand phases(int epochs, int satellites) {
 
 // Half of the magnitudes are below m where erf(m / (2 sqrt 2)) + erf(m / (5 sqrt 2)) = 1 (m in mm): m
 // = 2.0167, noise 1.4826 m = 2.990 mm.
-TEST(ModelFigures, PhaseNoiseIsWhatWasPutIn) {
+TEST(ModelMetrics, PhaseNoiseIsWhatWasPutIn) {
   const Hand hand = phases(1500, 8);
-  const ModelFigures f = hand.figures();
+  const ModelMetrics f = hand.metrics();
   ASSERT_EQ(f.signals.size(), 1U);
   const PhaseView& los = f.signals[0].phase.measured.los;
   EXPECT_GT(los.noise_n, 8U * 1350);  // of 8 * 1497, minus those that determine the estimate
@@ -248,7 +248,7 @@ TEST(ModelFigures, PhaseNoiseIsWhatWasPutIn) {
   EXPECT_EQ(f.signals[0].phase.simulated.los.observations, 0U);
 }
 
-TEST(ModelFigures, CycleSlipsByHand) {
+TEST(ModelMetrics, CycleSlipsByHand) {
   constexpr int kSatellites = 24;
   Hand hand = phases(10, kSatellites);
   const auto satellite = [&hand](std::size_t epoch, std::size_t k) -> ComparedSatellite& {
@@ -266,7 +266,7 @@ TEST(ModelFigures, CycleSlipsByHand) {
     return lost;
   }();
   for (std::size_t e = 0; e < 10; ++e) satellite(e, 4).clear = false;
-  const PhaseFigures p = hand.figures().signals.at(0).phase.measured;
+  const PhaseMetrics p = hand.metrics().signals.at(0).phase.measured;
   EXPECT_EQ(p.slips, 2U);
   EXPECT_EQ(p.los.observations, 229U);
   EXPECT_EQ(p.los.with_phase, 228U);
@@ -282,13 +282,13 @@ TEST(ModelFigures, CycleSlipsByHand) {
   // A missing epoch ends the sequences of four but is not a slip: no loss of lock is reported.
   Hand late = phases(10, kSatellites);
   for (std::size_t e = 6; e < 10; ++e) late.comparison.epochs[e].time = late.comparison.epochs[e].time + 3;
-  const PhaseFigures q = late.figures().signals.at(0).phase.measured;
+  const PhaseMetrics q = late.metrics().signals.at(0).phase.measured;
   EXPECT_EQ(q.slips, 0U);
   EXPECT_EQ(q.los.noise_n, 24U * (3 + 1));
   EXPECT_FALSE(q.time_between_slips_s());
 }
 
-TEST(ModelFigures, FurtherSignalsByHand) {
+TEST(ModelMetrics, FurtherSignalsByHand) {
   Hand hand;
   const gnss::Signal *l1 = signal_named(gnss::System::GPS, "L1CA"),
                      *l2c = signal_named(gnss::System::GPS, "L2C"),
@@ -308,9 +308,9 @@ TEST(ModelFigures, FurtherSignalsByHand) {
     other.simulated.error_m = 10 * k;
     other.simulated.cn0_dbhz = 30;
   }
-  const ModelFigures f = hand.figures();
+  const ModelMetrics f = hand.metrics();
   ASSERT_EQ(f.signals.size(), 3U);
-  const SignalFigures& s = f.signals[1];
+  const SignalMetrics& s = f.signals[1];
   EXPECT_EQ(s.name(), "GPS L2C");
   EXPECT_TRUE(s.judged());
   EXPECT_FALSE(s.first());
@@ -357,7 +357,7 @@ Hand random_comparison() {
 
 // separation(), checked against SciPy, and the bootstrap by its definition compute the same directly. Two
 // runs of one recording: the simulated values are theirs, measured values and LOS the comparison's.
-TEST(ModelFigures, SimulatedValuesOfSeveralRuns) {
+TEST(ModelMetrics, SimulatedValuesOfSeveralRuns) {
   Hand hand;
   hand.epoch();
   hand.measured(true, 0, 40);
@@ -377,7 +377,7 @@ TEST(ModelFigures, SimulatedValuesOfSeveralRuns) {
   }
   runs[1].satellites[1].simulated.tracked = true;
   runs[1].satellites[1].simulated.error_m = 9;
-  const ModelFigures f = figures(hand.comparison, 0, 1, "all", Hand::no_intervals(), runs);
+  const ModelMetrics f = metrics(hand.comparison, 0, 1, "all", Hand::no_intervals(), runs);
   EXPECT_EQ(f.runs, 2U);
   EXPECT_EQ(f.error_los_m.simulated.n, 2U);
   EXPECT_DOUBLE_EQ(f.error_los_m.simulated.at[2], 1.5);
@@ -396,8 +396,8 @@ TEST(ModelFigures, SimulatedValuesOfSeveralRuns) {
 
 /// Options of intervals, and the interval of a statistic of clear and other satellites' values by its
 /// definition.
-FigureOptions few_resamples() {
-  FigureOptions options;
+MetricOptions few_resamples() {
+  MetricOptions options;
   options.block_s = 20;
   options.resamples = 200;
   options.seed = 3;
@@ -417,13 +417,13 @@ std::optional<Interval> bootstrap(const Comparison& comparison, const Value& val
     }
     return statistic(los, nlos);
   };
-  const FigureOptions options = few_resamples();
+  const MetricOptions options = few_resamples();
   return test::bootstrap_interval(comparison.epochs.size(), of, {options.resamples, 0.95, 20, options.seed});
 }
 
-TEST(ModelFigures, IntervalsAreThoseOfTheBootstrap) {
+TEST(ModelMetrics, IntervalsAreThoseOfTheBootstrap) {
   const Hand hand = random_comparison();
-  const ModelFigures f = hand.figures(few_resamples());
+  const ModelMetrics f = hand.metrics(few_resamples());
   const auto interval = bootstrap(
       hand.comparison, [](const auto& s) { return s.error_m; },
       [](const auto& los, const auto& nlos) {
@@ -457,7 +457,7 @@ TEST(Headlines, ByHand) {
   }
   hand.comparison.epochs[0].fix.measured = {true, {3, 4, 100}, 7};
   hand.comparison.epochs[0].fix.simulated = {true, {0, 2, 1}, 8};
-  const std::vector<Headline> all = headlines(hand.figures());
+  const std::vector<Headline> all = headlines(hand.metrics());
   EXPECT_EQ(headline(all, "horizontal_p50_m").measured, 5);
   EXPECT_EQ(headline(all, "horizontal_p95_m").simulated, 2);
   EXPECT_EQ(headline(all, "tracked_los").simulated, 1);
@@ -469,7 +469,7 @@ TEST(Headlines, ByHand) {
   EXPECT_NEAR(*headline(all, "ks_cn0_los").simulated, 2.0 / 3, 1e-12);  // below 44: two of three against none
   EXPECT_EQ(headline(all, "satellites_used").simulated, 8);
   EXPECT_FALSE(headline(all, "spearman").simulated);
-  EXPECT_EQ(all.size(), headlines(ModelFigures{}).size());
+  EXPECT_EQ(all.size(), headlines(ModelMetrics{}).size());
   const std::vector<Headline> direct = headlines(hand.comparison, 0, 1);
   ASSERT_EQ(direct.size(), all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -480,7 +480,7 @@ TEST(Headlines, ByHand) {
 
 TEST(Headlines, IntervalsAreThoseOfTheBootstrap) {
   const Hand hand = random_comparison();
-  std::vector<Headline> all = headlines(hand.figures());
+  std::vector<Headline> all = headlines(hand.metrics());
   add_intervals(all, hand.comparison, 0, hand.comparison.epochs.size(), few_resamples());
   const auto interval = bootstrap(
       hand.comparison, [](const auto& s) { return s.cn0_dbhz; },
@@ -510,7 +510,7 @@ TEST(Pool, ObservationsOfAllAndNoSecondTwice) {
                                         PooledPart{&fast.comparison, 0, 11, {}}};
   const Pooled pooled = pool(parts);
   ASSERT_EQ(pooled.comparison.epochs.size(), 5U);
-  const ModelFigures f = figures(pooled.comparison, 0, 5, "all", Hand::no_intervals(), pooled.runs);
+  const ModelMetrics f = metrics(pooled.comparison, 0, 5, "all", Hand::no_intervals(), pooled.runs);
   EXPECT_EQ(f.runs, 2U);
   EXPECT_EQ(f.los, 5U);
   EXPECT_EQ(f.nlos, 2U);
@@ -553,7 +553,7 @@ TEST(Headlines, ByAnotherPartOfTheRecording) {
 
 TEST(RecordingTable, RowsAndTheirIntervals) {
   RecordingRow tst{"tst", "mass market", {}, "second half", "never tracked: C07", "{}", {}};
-  Headline p50{{"p50_m", "p50 [m]", 1, FigureInfo::Kind::Pair}, 8.46, 1.54, Interval{6, 9}, Interval{1, 2}};
+  Headline p50{{"p50_m", "p50 [m]", 1, MetricInfo::Kind::Pair}, 8.46, 1.54, Interval{6, 9}, Interval{1, 2}};
   const Headline ks{{"ks", "KS", 2}, {}, 0.156, {}, Interval{0.1, 0.2}};
   tst.headlines = {p50, ks};
   RecordingRow berlin{"berlin", "mass market", {}, "all", "", R"({"models": []})", {}};
@@ -578,15 +578,15 @@ TEST(RecordingTable, RowsAndTheirIntervals) {
   EXPECT_DOUBLE_EQ(j["classes"][0]["headlines"]["ks"]["interval_95"][1], 0.2);
 }
 
-TEST(ModelFigures, NothingGivesNothing) {
+TEST(ModelMetrics, NothingGivesNothing) {
   Hand hand;
-  const ModelFigures none = hand.figures();
+  const ModelMetrics none = hand.metrics();
   EXPECT_EQ(none.epochs, 0U);
   EXPECT_FALSE(none.by_cn0);
   // An epoch whose errors have no clock, and a measured satellite without C/N0.
   hand.epoch().clock = ClockSource::None;
   hand.satellite(true).measured.tracked = true;
-  const ModelFigures f = hand.figures();
+  const ModelMetrics f = hand.metrics();
   EXPECT_EQ(f.los, 0U);
   EXPECT_EQ(f.tracked_los.measured, 1U);
   EXPECT_FALSE(f.explained.back().median_difference_m);
@@ -601,12 +601,12 @@ void expect_no_nan(const std::string& text) {
   }
 }
 
-TEST(ModelFigures, TextsOfFullAndEmpty) {
+TEST(ModelMetrics, TextsOfFullAndEmpty) {
   Hand hand = random_comparison();
   hand.comparison.name = "a \"quoted\" | name";
   hand.comparison.segments = {{0, 300, 300, 90}};
-  const ModelFigures full = hand.figures();
-  const ModelFigures empty = Hand().figures();
+  const ModelMetrics full = hand.metrics();
+  const ModelMetrics empty = Hand().metrics();
 
   CityAlignment alignment;
   alignment.registration.east_m = 1.25;
@@ -634,7 +634,7 @@ TEST(ModelFigures, TextsOfFullAndEmpty) {
   EXPECT_TRUE(second.at("position").at("measured").at("horizontal_error_m").at("p95").is_null());
   EXPECT_FALSE(json::parse(to_json({full}, {})).contains("alignment"));
 
-  for (const ModelFigures& f : {full, empty}) expect_no_nan(to_text(f));
+  for (const ModelMetrics& f : {full, empty}) expect_no_nan(to_text(f));
   EXPECT_THAT(to_text(full), HasSubstr("AUC"));
 
   const std::string table = models_table({full, empty});

@@ -22,7 +22,7 @@ using Row = TextRow;
 const std::string kNone = "-";
 
 /// The first cell of a row is its name, "-" means no value.
-struct FigureTable {
+struct MetricTable {
   std::string title;  ///< empty: part of the previous table
   Row head;
   std::vector<Row> rows = {};
@@ -76,7 +76,7 @@ Json json_of(const Explained& e) {
   return json;
 }
 
-Json json_of(const PositionFigures& p) {
+Json json_of(const PositionMetrics& p) {
   const auto within = [&p](const std::array<double, 2>& fractions) {
     return p.reported > 0 ? Json::array({fractions[0], fractions[1]}) : Json();
   };
@@ -91,7 +91,7 @@ Json json_of(const PositionFigures& p) {
           {"vertical_within_stated", within(p.vertical_within)}};
 }
 
-Json json_of(const PhaseFigures& p) {
+Json json_of(const PhaseMetrics& p) {
   const auto view = [](const PhaseView& v) {
     return Json{{"observations", v.observations},
                 {"with_phase", v.with_phase},
@@ -111,18 +111,18 @@ Json json_of(const Sides<T>& sides) {
   return {{"measured", json_of(sides.measured)}, {"simulated", json_of(sides.simulated)}};
 }
 
-Json tracked_json(const ObservationFigures& f) {
+Json tracked_json(const ObservationMetrics& f) {
   return {{"los", json_of(f.tracked_los)}, {"nlos", json_of(f.tracked_nlos)}};
 }
 
-Json distributions_json(const ObservationFigures& f) {
+Json distributions_json(const ObservationMetrics& f) {
   return {{"los_error_m", json_of(f.error_los_m)},
           {"nlos_error_m", json_of(f.error_nlos_m)},
           {"los_cn0_dbhz", json_of(f.cn0_los_dbhz)},
           {"nlos_cn0_dbhz", json_of(f.cn0_nlos_dbhz)}};
 }
 
-Json json_of(const SignalFigures& f) {
+Json json_of(const SignalMetrics& f) {
   Json json{{"system", std::string(gnss::name(f.signal->system))},
             {"signal", std::string(f.signal->name)},
             {"recorded", f.recorded},
@@ -134,7 +134,7 @@ Json json_of(const SignalFigures& f) {
   return json;
 }
 
-Json json_of(const ModelFigures& f) {
+Json json_of(const ModelMetrics& f) {
   Json json{{"model", f.model}, {"part", f.part}, {"epochs", f.epochs},
             {"runs", f.runs},   {"los", f.los},   {"nlos", f.nlos}};
   json["separation_by_cn0"] = json_of(f.by_cn0, "threshold_dbhz", -1, f.by_cn0_interval);
@@ -162,9 +162,9 @@ Json json_of(const ModelFigures& f) {
         {{"satellite", gnss::to_string(s.id)}, {"clear_s", s.clear_s}, {"left_out", f.left_out}});
   }
   json["signals"] = Json::array();
-  for (const SignalFigures& s : f.signals) json["signals"].push_back(json_of(s));
+  for (const SignalMetrics& s : f.signals) json["signals"].push_back(json_of(s));
   json["segments"] = Json::array();
-  for (const SegmentFigures& s : f.segments) {
+  for (const SegmentMetrics& s : f.segments) {
     json["segments"].push_back({{"first_epoch", s.segment.first},
                                 {"epochs", s.segment.count},
                                 {"length_m", s.segment.length_m},
@@ -195,7 +195,7 @@ std::string spearman_text(const Explained& e) {
   return e.correlation ? shown(e.correlation->rho, 2) : kNone;
 }
 
-std::vector<FigureTable> separation_tables(const ModelFigures& f) {
+std::vector<MetricTable> separation_tables(const ModelMetrics& f) {
   const auto row = [](const char* name, const std::optional<Separation>& s, const std::optional<Interval>& i,
                       const char* unit) {
     if (!s) return Row{name, kNone, kNone, kNone, kNone};
@@ -203,7 +203,7 @@ std::vector<FigureTable> separation_tables(const ModelFigures& f) {
     return Row{name, shown(s->auc, 3), i ? from_to(i->low, i->high, 3) : kNone,
                shown(s->balanced_accuracy, 3), threshold == kNone ? kNone : threshold + " " + unit};
   };
-  FigureTable bands{"", {"Elevation", "LOS", "NLOS", "AUC by C/N0", "AUC by error"}};
+  MetricTable bands{"", {"Elevation", "LOS", "NLOS", "AUC by C/N0", "AUC by error"}};
   for (const Band& b : f.bands) {
     bands.rows.push_back({fmt::format("{:.0f} to {:.0f} deg", b.low_deg, b.high_deg), fmt::to_string(b.los),
                           fmt::to_string(b.nlos), shown(auc_of(b.by_cn0), 3), shown(auc_of(b.by_error), 3)});
@@ -215,7 +215,7 @@ std::vector<FigureTable> separation_tables(const ModelFigures& f) {
           bands};
 }
 
-FigureTable tracked_table(const char* title, const ObservationFigures& f) {
+MetricTable tracked_table(const char* title, const ObservationMetrics& f) {
   const auto row = [](const char* name, const TrackedFraction& t) {
     return Row{name, fmt::to_string(t.satellites), percentage_of(t.measured, t.satellites),
                percentage_of(t.simulated, t.satellites)};
@@ -225,8 +225,8 @@ FigureTable tracked_table(const char* title, const ObservationFigures& f) {
           {row("LOS", f.tracked_los), row("NLOS", f.tracked_nlos)}};
 }
 
-FigureTable explained_table(const ModelFigures& f) {
-  FigureTable table{"NLOS observations that a modelled path explains",
+MetricTable explained_table(const ModelMetrics& f) {
+  MetricTable table{"NLOS observations that a modelled path explains",
                     {"Path", "n", "Fraction [%]", "Median |difference| [m]", "Spearman", "95 % interval"}};
   for (const Explained& e : f.explained) {
     table.rows.push_back({e.kind, fmt::to_string(e.n), shown(100 * e.fraction, 1),
@@ -236,7 +236,7 @@ FigureTable explained_table(const ModelFigures& f) {
   return table;
 }
 
-void add_distribution(FigureTable& table, const std::string& name, const DistributionPair& pair) {
+void add_distribution(MetricTable& table, const std::string& name, const DistributionPair& pair) {
   for (const Side side : kSides) {
     const QuantileSummary& d = pair.of(side);
     Row& cells = table.rows.emplace_back(Row{name + word(side), fmt::to_string(d.n)});
@@ -245,8 +245,8 @@ void add_distribution(FigureTable& table, const std::string& name, const Distrib
   }
 }
 
-FigureTable distributions_table(const std::string& title, const ObservationFigures& f) {
-  FigureTable table{title, {"Quantity", "n", "p5", "p25", "p50", "p75", "p95", "KS"}};
+MetricTable distributions_table(const std::string& title, const ObservationMetrics& f) {
+  MetricTable table{title, {"Quantity", "n", "p5", "p25", "p50", "p75", "p95", "KS"}};
   add_distribution(table, "LOS pseudorange error [m]", f.error_los_m);
   add_distribution(table, "NLOS pseudorange error [m]", f.error_nlos_m);
   add_distribution(table, "LOS C/N0 [dB-Hz]", f.cn0_los_dbhz);
@@ -255,9 +255,9 @@ FigureTable distributions_table(const std::string& title, const ObservationFigur
 }
 
 /// Signals beyond the first, which the other metrics describe; then those of one side only.
-void add_further_signals(const ModelFigures& f, std::vector<FigureTable>& tables) {
-  FigureTable one_sided{"Signals not compared", {"Signal", "Recorded", "Tracked by the simulated"}};
-  for (const SignalFigures& s : f.signals) {
+void add_further_signals(const ModelMetrics& f, std::vector<MetricTable>& tables) {
+  MetricTable one_sided{"Signals not compared", {"Signal", "Recorded", "Tracked by the simulated"}};
+  for (const SignalMetrics& s : f.signals) {
     if (!s.judged()) {
       one_sided.rows.push_back({s.name(), s.recorded ? "yes" : "no", s.tracked ? "yes" : "no"});
     } else if (!s.first()) {
@@ -268,13 +268,13 @@ void add_further_signals(const ModelFigures& f, std::vector<FigureTable>& tables
   tables.push_back(one_sided);
 }
 
-FigureTable phase_table(const ModelFigures& f) {
-  FigureTable table{"Carrier phase",
+MetricTable phase_table(const ModelMetrics& f) {
+  MetricTable table{"Carrier phase",
                     {"Signal", "LOS with phase [%]", "NLOS with phase [%]", "Between cycle slips [s]",
                      "Cycle slips", "LOS noise [mm]", "NLOS noise [mm]"}};
-  for (const SignalFigures& s : f.signals) {
+  for (const SignalMetrics& s : f.signals) {
     for (const Side side : kSides) {
-      const PhaseFigures& p = s.phase.of(side);
+      const PhaseMetrics& p = s.phase.of(side);
       if (!s.judged() || p.los.with_phase + p.nlos.with_phase == 0) continue;
       const auto mm = [](const PhaseView& v) { return v.noise_m ? shown(1e3 * *v.noise_m, 1) : kNone; };
       table.rows.push_back({s.name() + word(side), percentage_of(p.los.with_phase, p.los.observations),
@@ -291,38 +291,38 @@ Row quantiles_row(const std::string& name, const std::array<double, 5>& q) {
   for (const double value : q) row.push_back(shown(value, 1));
   return row;
 }
-std::vector<Row> error_rows(const Sides<PositionFigures>& position) {
+std::vector<Row> error_rows(const Sides<PositionMetrics>& position) {
   std::vector<Row> rows;
   for (const auto& [name, errors] :
-       {std::pair("Horizontal", &PositionFigures::horizontal_m), {"Vertical", &PositionFigures::vertical_m}})
+       {std::pair("Horizontal", &PositionMetrics::horizontal_m), {"Vertical", &PositionMetrics::vertical_m}})
     for (const Side side : kSides)
       rows.push_back(quantiles_row(std::string(name) + word(side), position.of(side).*errors));
   return rows;
 }
 
-std::vector<FigureTable> position_tables(const ModelFigures& f) {
+std::vector<MetricTable> position_tables(const ModelMetrics& f) {
   const Row head{"Error [m]", "p5", "p25", "p50", "p75", "p95"};
-  const auto availability = [](const char* name, const PositionFigures& p) {
+  const auto availability = [](const char* name, const PositionMetrics& p) {
     return Row{name, fmt::to_string(p.epochs), fmt::to_string(p.fixes), percentage_of(p.fixes, p.epochs),
                shown(p.mean_used, 1)};
   };
   const auto ratio = [&f](std::string_view key) {
-    const FigureInfo& info = *figure_info(key);
+    const MetricInfo& info = *metric_info(key);
     return shown(info.range.compared(info.value(f, Side::Measured), info.value(f, Side::Simulated)), 2);
   };
-  std::vector<FigureTable> tables{
+  std::vector<MetricTable> tables{
       {"Position, by the same solver on both", head, error_rows(f.position),
        fmt::format("Horizontal, simulated over measured: p50 {}, p95 {}.", ratio("horizontal_p50_m"),
                    ratio("horizontal_p95_m"))},
       {"",
        {"Fixes", "Epochs", "With a fix", "[%]", "Mean satellites used"},
        {availability("Measured", f.position.measured), availability("Simulated", f.position.simulated)}}};
-  FigureTable filtered{"Position, by the same filter on both", head};
+  MetricTable filtered{"Position, by the same filter on both", head};
   if (f.filtered.measured.epochs > 0) filtered.rows = error_rows(f.filtered);
   if (f.own_fixes)
     filtered.rows.push_back(quantiles_row("Horizontal, receiver's own", f.own_fixes->horizontal_m));
   if (!filtered.rows.empty()) tables.push_back(std::move(filtered));
-  FigureTable reported{
+  MetricTable reported{
       "Errors relative to the reported accuracy",
       {"Fraction of fixes [%]", "Horizontal within 1", "within 2", "Vertical within 1", "within 2"},
       {},
@@ -330,7 +330,7 @@ std::vector<FigureTable> position_tables(const ModelFigures& f) {
       "errors: 63 to 68, 95 to 98, 68, 95 %."};
   for (const auto& [name, position] : {std::pair("Single epochs", &f.position), {"Filter", &f.filtered}}) {
     for (const Side side : kSides) {
-      const PositionFigures& p = position->of(side);
+      const PositionMetrics& p = position->of(side);
       if (p.reported == 0) continue;
       reported.rows.push_back({std::string(name) + word(side), shown(100 * p.horizontal_within[0], 0),
                                shown(100 * p.horizontal_within[1], 0), shown(100 * p.vertical_within[0], 0),
@@ -341,31 +341,31 @@ std::vector<FigureTable> position_tables(const ModelFigures& f) {
   return tables;
 }
 
-FigureTable segments_table(const ModelFigures& f) {
-  FigureTable table{"By street",
+MetricTable segments_table(const ModelMetrics& f) {
+  MetricTable table{"By street",
                     {"Street", "Heading [deg]", "Length [m]", "Epochs", "Fixes [%]", "p50 [m]", "p95 [m]",
                      "Satellites used"},
                     {},
                     f.segments.empty() ? "No segment of one street has enough epochs."
                                        : "Pairs are measured / simulated; errors are horizontal."};
-  for (const SegmentFigures& s : f.segments) {
+  for (const SegmentMetrics& s : f.segments) {
     const auto both = [&s](const auto& of) {
       return of(s.position.measured) + " / " + of(s.position.simulated);
     };
     const auto quantile_of = [&both](std::size_t q) {
-      return both([q](const PositionFigures& p) { return shown(p.horizontal_m[q], 1); });
+      return both([q](const PositionMetrics& p) { return shown(p.horizontal_m[q], 1); });
     };
     table.rows.push_back({fmt::to_string(s.street), shown(s.segment.heading_deg, 0),
                           shown(s.segment.length_m, 0), fmt::to_string(s.position.measured.epochs),
-                          both([](const PositionFigures& p) { return percentage_of(p.fixes, p.epochs); }),
+                          both([](const PositionMetrics& p) { return percentage_of(p.fixes, p.epochs); }),
                           quantile_of(2), quantile_of(4),
-                          both([](const PositionFigures& p) { return shown(p.mean_used, 1); })});
+                          both([](const PositionMetrics& p) { return shown(p.mean_used, 1); })});
   }
   return table;
 }
 
 /// A table for terminals: the first column to the left, the others to the right.
-std::string text_of(const FigureTable& table) {
+std::string text_of(const MetricTable& table) {
   std::string text;
   if (!table.title.empty()) text += "\n" + table.title + "\n";
   if (!table.rows.empty()) text += text_table(table.head, table.rows, {1, "  "});
@@ -378,16 +378,16 @@ std::optional<double> auc_of(const std::optional<Separation>& s) {
   return s ? std::optional(s->auc) : std::nullopt;
 }
 
-std::string to_json(const std::vector<ModelFigures>& models,
+std::string to_json(const std::vector<ModelMetrics>& models,
                     const std::optional<std::string>& alignment_json) {
   Json json = Json::object();
   if (alignment_json) json["alignment"] = Json::parse(*alignment_json);
   json["models"] = Json::array();
-  for (const ModelFigures& f : models) json["models"].push_back(json_of(f));
+  for (const ModelMetrics& f : models) json["models"].push_back(json_of(f));
   return json.dump(2) + "\n";
 }
 
-std::string never_tracked_text(const ModelFigures& f) {
+std::string never_tracked_text(const ModelMetrics& f) {
   std::string text;
   for (const NeverTracked& s : f.never_tracked)
     text += fmt::format("{} {} ({:.0f} s)", text.empty() ? "" : ",", gnss::to_string(s.id), s.clear_s);
@@ -395,8 +395,8 @@ std::string never_tracked_text(const ModelFigures& f) {
   return fmt::format("never tracked above 15 deg in clear view{}:{}", f.left_out ? ", left out" : "", text);
 }
 
-std::string to_text(const ModelFigures& f) {
-  std::vector<FigureTable> tables = separation_tables(f);
+std::string to_text(const ModelMetrics& f) {
+  std::vector<MetricTable> tables = separation_tables(f);
   tables.push_back(tracked_table("Tracked satellites above the mask", f));
   if (!f.never_tracked.empty()) tables.back().note = "Satellites " + never_tracked_text(f) + ".";
   tables.push_back(explained_table(f));
@@ -404,16 +404,16 @@ std::string to_text(const ModelFigures& f) {
   add_distribution(tables.back(), "Satellites used", f.used);
   add_further_signals(f, tables);
   tables.push_back(phase_table(f));
-  for (FigureTable& table : position_tables(f)) tables.push_back(std::move(table));
+  for (MetricTable& table : position_tables(f)) tables.push_back(std::move(table));
   tables.push_back(segments_table(f));
   std::string text = fmt::format("{}\n{}\n\nLOS and NLOS by the city: {} observations, {} % NLOS\n", f.model,
                                  f.part, f.los + f.nlos, percentage_of(f.nlos, f.los + f.nlos));
-  for (const FigureTable& table : tables)
+  for (const MetricTable& table : tables)
     if (!table.rows.empty() || !table.note.empty()) text += text_of(table);
   return text;
 }
 
-std::string models_table(const std::vector<ModelFigures>& models) {
+std::string models_table(const std::vector<ModelMetrics>& models) {
   struct Column {
     std::string_view key, also = {}, title_of_both = {};
   };
@@ -429,15 +429,15 @@ std::string models_table(const std::vector<ModelFigures>& models) {
                                        Column{"satellites_used"},
                                        Column{"horizontal_p50_m"},
                                        Column{"horizontal_p95_m"}};
-  const auto cell = [](std::string_view key, const ModelFigures& f) {
-    return value_text(headline(*figure_info(key), f));
+  const auto cell = [](std::string_view key, const ModelMetrics& f) {
+    return value_text(headline(*metric_info(key), f));
   };
   TextRow head{"model"};
   std::vector<TextRow> rows;
-  for (const ModelFigures& f : models) rows.push_back({f.model});
+  for (const ModelMetrics& f : models) rows.push_back({f.model});
   for (const Column& column : kColumns) {
     const bool both = !column.also.empty();
-    head.emplace_back(both ? column.title_of_both : figure_info(column.key)->title);
+    head.emplace_back(both ? column.title_of_both : metric_info(column.key)->title);
     for (std::size_t i = 0; i < models.size(); ++i)
       rows[i].push_back(cell(column.key, models[i]) + (both ? ", " + cell(column.also, models[i]) : ""));
   }

@@ -40,10 +40,10 @@ std::vector<std::string> names_of(const std::vector<const gnss::Signal*>& signal
   return names;
 }
 
-ModelFigures all_figures(const Comparison& comparison) {
-  FigureOptions options;
+ModelMetrics all_metrics(const Comparison& comparison) {
+  MetricOptions options;
   options.resamples = 0;
-  return figures(comparison, 0, comparison.epochs.size(), "all", options);
+  return metrics(comparison, 0, comparison.epochs.size(), "all", options);
 }
 
 Comparison compare_by(const SimulatedRecording& recorded, const Recording& recording, std::uint64_t seed,
@@ -97,9 +97,9 @@ TEST(FurtherSignals, PhaseNoiseIsThatOfTheLoop) {
     sigmas[signal.signal].push_back(std::hypot(m.carrier_phase_sigma_cycles, rounding) *
                                     geodesy::kSpeedOfLight / m.carrier_frequency_hz);
   });
-  const ModelFigures f = all_figures(comparison);
+  const ModelMetrics f = all_metrics(comparison);
   ASSERT_EQ(f.signals.size(), 6U);
-  for (const SignalFigures& s : f.signals) {
+  for (const SignalMetrics& s : f.signals) {
     ASSERT_TRUE(s.judged());
     ASSERT_TRUE(s.phase.measured.los.noise_m && s.phase.simulated.los.noise_m) << s.name();
     const double expected = pooled_deviation(sigmas[s.signal]);
@@ -146,11 +146,11 @@ TEST(FurtherSignals, EmittedRecordingIsJudgedAsItsOwn) {
     at->second = *signal.measurement->phase_since;
   });
 
-  const ModelFigures f = all_figures(comparison);
+  const ModelMetrics f = all_metrics(comparison);
   ASSERT_EQ(f.signals.size(), 6U);
-  for (const SignalFigures& s : f.signals) {
+  for (const SignalMetrics& s : f.signals) {
     const Known& of_signal = known[s.signal];
-    const PhaseFigures& phase = s.phase.measured;
+    const PhaseMetrics& phase = s.phase.measured;
     std::printf(
         "%-12s KS of errors %.3f %.3f, of C/N0 %.3f %.3f; slips %zu and %zu; noise %.2f and %.2f mm LOS\n",
         s.name().c_str(), s.error_los_m.ks.value(), s.error_nlos_m.ks.value(), s.cn0_los_dbhz.ks.value(),
@@ -193,7 +193,7 @@ TEST(FurtherSignals, ASystemWithoutItsFirstSignalIsLeftOut) {
   const Comparison compared = compare_by(recorded, recording, 2, {"L1CA", "E1"});
   ASSERT_GT(compared.satellites.size(), 1000U);
   for (const ComparedSatellite& s : compared.satellites) ASSERT_EQ(s.id.system, gnss::System::GPS);
-  EXPECT_THAT(to_text(all_figures(compared)), Not(HasSubstr("Signals not compared")));
+  EXPECT_THAT(to_text(all_metrics(compared)), Not(HasSubstr("Signals not compared")));
 }
 
 // Signals of only one side are listed, and the rest does not change.
@@ -202,7 +202,7 @@ TEST(FurtherSignals, OfOneSideAloneAreSaid) {
   const Recording recording = recorded.read();
   const Comparison all = compare_by(recorded, recording, 2);
   const Comparison fewer = compare_by(recorded, recording, 2, {"L1CA", "L1C", "L2C", "E1", "E5b"});
-  const ModelFigures f = all_figures(fewer), f_all = all_figures(all);
+  const ModelMetrics f = all_metrics(fewer), f_all = all_metrics(all);
   const std::string text = to_text(f);
   EXPECT_THAT(text, HasSubstr("\nSignals not compared\n"
                               "  Signal       Recorded  Tracked by the simulated\n"
@@ -210,9 +210,9 @@ TEST(FurtherSignals, OfOneSideAloneAreSaid) {
                               "  GPS L5            yes                        no\n"
                               "  Galileo E5a       yes                        no\n"));
   EXPECT_EQ(f.error_los_m.ks, f_all.error_los_m.ks);
-  const auto l2c = [](const ModelFigures& figures) {
-    return *std::find_if(figures.signals.begin(), figures.signals.end(),
-                         [](const SignalFigures& s) { return s.name() == "GPS L2C"; });
+  const auto l2c = [](const ModelMetrics& metrics) {
+    return *std::find_if(metrics.signals.begin(), metrics.signals.end(),
+                         [](const SignalMetrics& s) { return s.name() == "GPS L2C"; });
   };
   EXPECT_EQ(l2c(f).error_nlos_m.ks, l2c(f_all).error_nlos_m.ks);
   EXPECT_EQ(l2c(f).phase.simulated.slips, l2c(f_all).phase.simulated.slips);

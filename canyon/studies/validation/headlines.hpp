@@ -14,7 +14,7 @@
 namespace canyon::validation {
 
 /// The expected range of a simulated metric.
-struct FigureRange {
+struct MetricRange {
   enum class Of { Nothing, Value, Difference, Ratio };  ///< relative to the recorded metric
 
   Of of = Of::Nothing;
@@ -33,46 +33,46 @@ struct FigureRange {
 };
 
 /// A metric, and the range that the score card compares it with (docs/results.md).
-struct FigureInfo {
+struct MetricInfo {
   enum class Kind {
     OfModel,  ///< only in the table of models, without a headline
     Both,     ///< one value of measured and simulated together, such as a distance
     Pair,     ///< one value measured, one simulated
     OwnFixes  ///< as Pair, in recordings with reported fixes
   };
-  using Value = std::optional<double> (*)(const ModelFigures& figures, Side side);
+  using Value = std::optional<double> (*)(const ModelMetrics& metrics, Side side);
 
   std::string_view key, title;
   int decimals = 1;
   Kind kind = Kind::Both;
   Value value = nullptr;
-  FigureRange range = {};
+  MetricRange range = {};
 };
 /// All, in the order of tables.
-[[nodiscard]] std::span<const FigureInfo> figure_infos();
+[[nodiscard]] std::span<const MetricInfo> metric_infos();
 /// Null if there is no such metric.
-[[nodiscard]] const FigureInfo* figure_info(std::string_view key);
+[[nodiscard]] const MetricInfo* metric_info(std::string_view key);
 
 /// A key metric of a recording in a table of several.
 struct Headline {
-  FigureInfo info;
+  MetricInfo info;
   std::optional<double> measured, simulated;  ///< without pair(): `simulated` has the value of both together
   std::optional<Interval> measured_interval, simulated_interval;  ///< 95 %, blocks of time
 
   /// Whether recorded and simulated have one each.
   [[nodiscard]] bool pair() const {
-    return info.kind == FigureInfo::Kind::Pair || info.kind == FigureInfo::Kind::OwnFixes;
+    return info.kind == MetricInfo::Kind::Pair || info.kind == MetricInfo::Kind::OwnFixes;
   }
-  /// FigureRange::distance() of the metric; empty without a range, and if a value is missing.
+  /// MetricRange::distance() of the metric; empty without a range, and if a value is missing.
   [[nodiscard]] std::optional<double> distance() const;
   /// Whether it is in its range (docs/results.md has them); empty as distance().
   [[nodiscard]] std::optional<bool> within() const;
 };
-[[nodiscard]] Headline headline(const FigureInfo& info, const ModelFigures& figures);
+[[nodiscard]] Headline headline(const MetricInfo& info, const ModelMetrics& metrics);
 /// Headlines without intervals, always the same ones in the same order; those of reported fixes, if any, are
 /// last.
-[[nodiscard]] std::vector<Headline> headlines(const ModelFigures& figures);
-/// headlines() of figures() of these epochs, without the metrics that have no headline.
+[[nodiscard]] std::vector<Headline> headlines(const ModelMetrics& metrics);
+/// headlines() of metrics() of these epochs, without the metrics that have no headline.
 [[nodiscard]] std::vector<Headline> headlines(const Comparison& comparison, std::size_t first,
                                               std::size_t count);
 /// Uses the recording's own epochs [other_first, other_first + other_count) in place of the simulated ones:
@@ -82,9 +82,9 @@ struct Headline {
                                                             std::size_t count, std::size_t other_first,
                                                             std::size_t other_count);
 /// Their intervals: the metrics recomputed from blocks of epochs resampled with replacement. None for
-/// reported fixes. @param headlines_of_all of these epochs and runs, as for figures()
+/// reported fixes. @param headlines_of_all of these epochs and runs, as for metrics()
 void add_intervals(std::vector<Headline>& headlines_of_all, const Comparison& comparison, std::size_t first,
-                   std::size_t count, const FigureOptions& options, std::span<const Comparison> runs = {});
+                   std::size_t count, const MetricOptions& options, std::span<const Comparison> runs = {});
 /// The headline with that key; null if there is none.
 [[nodiscard]] const Headline* headline_with(const std::vector<Headline>& headlines, std::string_view key);
 /// "2.3 (8.5)": simulated, with measured in brackets; "-" for missing values. Interval: "1.9 to 3.1 (6.0 to

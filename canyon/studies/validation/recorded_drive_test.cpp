@@ -141,7 +141,7 @@ std::vector<Judged> judge(const Drive& drive, const DriveRays& rays, const Pseud
   return result;
 }
 
-struct DriveFigures {
+struct DriveMetrics {
   std::vector<double> los_m, nlos_m, specular_difference_m, mirror_difference_m;
   std::optional<Separation> by_cn0, by_error;
   std::optional<RankCorrelation> specular, mirror;
@@ -151,8 +151,8 @@ struct DriveFigures {
   }
 };
 
-DriveFigures figures(const std::vector<Judged>& all) {
-  DriveFigures f;
+DriveMetrics metrics(const std::vector<Judged>& all) {
+  DriveMetrics f;
   std::vector<double> weak[2], specular[2], mirror[2];
   for (const Judged& j : all) {
     (j.clear ? f.los_m : f.nlos_m).push_back(j.error_m);
@@ -175,8 +175,8 @@ DriveFigures figures(const std::vector<Judged>& all) {
 }
 
 /// 95 % interval of a metric: resampled minutes of the drive.
-template <typename Figure>
-Interval by_minutes(const std::vector<Judged>& all, Figure figure) {
+template <typename Metric>
+Interval by_minutes(const std::vector<Judged>& all, Metric metric) {
   std::vector<std::vector<Judged>> epochs;
   for (const Judged& j : all) {
     if (j.epoch >= epochs.size()) epochs.resize(j.epoch + 1);
@@ -191,7 +191,7 @@ Interval by_minutes(const std::vector<Judged>& all, Figure figure) {
       [&](std::span<const std::size_t> indices) -> std::optional<double> {
         sampled.clear();
         for (const std::size_t i : indices) sampled.insert(sampled.end(), epochs[i].begin(), epochs[i].end());
-        return figure(figures(sampled));
+        return metric(metrics(sampled));
       },
       options);
   return interval.value();
@@ -203,11 +203,11 @@ void print(const char* name, std::span<const double> values) {
   std::printf("\n");
 }
 
-DriveFigures report(const char* name, const Drive& drive, const DriveRays& rays,
+DriveMetrics report(const char* name, const Drive& drive, const DriveRays& rays,
                     const ReceiverClockOptions& options = {}) {
   const PseudorangeErrors errors = remove_receiver_clock(drive.residuals, rays.clear_view(), options);
   const std::vector<Judged> all = judge(drive, rays, errors);
-  DriveFigures f = figures(all);
+  DriveMetrics f = metrics(all);
   std::size_t by_clear = 0;
   std::vector<double> bends;
   for (std::size_t e = 0; e < errors.clocks.size(); ++e) {
@@ -227,16 +227,16 @@ DriveFigures report(const char* name, const Drive& drive, const DriveRays& rays,
       std::printf("  %s less %s: %.2f m\n", std::string(gnss::name(system)).c_str(),
                   std::string(gnss::name(errors.reference)).c_str(), bias);
   }
-  const auto cn0 = by_minutes(all, [](const DriveFigures& g) -> std::optional<double> {
+  const auto cn0 = by_minutes(all, [](const DriveMetrics& g) -> std::optional<double> {
     return g.by_cn0 ? std::optional(g.by_cn0->auc) : std::nullopt;
   });
-  const auto error = by_minutes(all, [](const DriveFigures& g) -> std::optional<double> {
+  const auto error = by_minutes(all, [](const DriveMetrics& g) -> std::optional<double> {
     return g.by_error ? std::optional(g.by_error->auc) : std::nullopt;
   });
-  const auto specular = by_minutes(all, [](const DriveFigures& g) -> std::optional<double> {
+  const auto specular = by_minutes(all, [](const DriveMetrics& g) -> std::optional<double> {
     return g.specular ? std::optional(g.specular->rho) : std::nullopt;
   });
-  const auto mirror = by_minutes(all, [](const DriveFigures& g) -> std::optional<double> {
+  const auto mirror = by_minutes(all, [](const DriveMetrics& g) -> std::optional<double> {
     return g.mirror ? std::optional(g.mirror->rho) : std::nullopt;
   });
   std::printf("  NLOS %.1f %% of %zu\n", 100 * f.nlos_fraction(), all.size());
@@ -263,7 +263,7 @@ TEST(RecordedDrive, Gps) {
   const DriveRays rays(mesh);
   const Drive drive = read_drive(folder, {System::GPS});
   EXPECT_EQ(drive.residuals.epochs.size(), 485U);
-  const DriveFigures f = report("GPS", drive, rays);
+  const DriveMetrics f = report("GPS", drive, rays);
   EXPECT_NEAR(f.nlos_fraction(), 0.29, 0.02);
   EXPECT_NEAR(f.by_cn0->auc, 0.84, 0.02);
   EXPECT_NEAR(f.by_error->auc, 0.87, 0.03);
@@ -279,7 +279,7 @@ TEST(RecordedDrive, Gps) {
   // close to the README's numbers.
   ReceiverClockOptions four;
   four.min_clear = 4;
-  const DriveFigures leaked = report("GPS", drive, rays, four);
+  const DriveMetrics leaked = report("GPS", drive, rays, four);
   EXPECT_NEAR(leaked.by_error->auc, 0.85, 0.02);
   EXPECT_LT(leaked.by_error->auc, f.by_error->auc);
   EXPECT_NEAR(median(leaked.nlos_m).value(), 26, 4);
@@ -290,11 +290,11 @@ TEST(RecordedDrive, GpsAndBeiDou) {
   CANYON_SHARED_DATA(mesh, "hongkong/buildings.dae");
   CANYON_SHARED_DATA(folder, "urbannav-tst-20190428");
   const DriveRays rays(mesh);
-  const DriveFigures beidou = report("BeiDou", read_drive(folder, {System::BeiDou}), rays);
+  const DriveMetrics beidou = report("BeiDou", read_drive(folder, {System::BeiDou}), rays);
   EXPECT_NEAR(beidou.by_cn0->auc, 0.85, 0.03);
   EXPECT_NEAR(beidou.by_error->auc, 0.90, 0.03);
   const Drive drive = read_drive(folder, {System::GPS, System::BeiDou});
-  const DriveFigures f = report("GPS and BeiDou", drive, rays);
+  const DriveMetrics f = report("GPS and BeiDou", drive, rays);
   EXPECT_NEAR(f.nlos_fraction(), 0.27, 0.02);
   EXPECT_NEAR(f.by_cn0->auc, 0.84, 0.02);
   EXPECT_NEAR(f.by_error->auc, 0.90, 0.02);
@@ -401,15 +401,15 @@ TEST(RecordedDrive, OffsetOfTheCityIsWhereFiguresAreBest) {
         weak[nlos].push_back(-drive.residuals.observations[i].cn0_dbhz.value());
         error[nlos].push_back(judged.error_m);
       }
-      auto& figures_here = auc[{e, north}];
-      figures_here = {separation(weak[1], weak[0])->auc, separation(error[1], error[0])->auc};
-      std::printf("  %.3f, %.3f", figures_here[0], figures_here[1]);
+      auto& metrics_here = auc[{e, north}];
+      metrics_here = {separation(weak[1], weak[0])->auc, separation(error[1], error[0])->auc};
+      std::printf("  %.3f, %.3f", metrics_here[0], metrics_here[1]);
     }
   }
   std::printf("\n");
-  for (std::size_t figure = 0; figure < 2; ++figure) {
-    const auto best = std::max_element(auc.begin(), auc.end(), [figure](const auto& a, const auto& b) {
-      return a.second[figure] < b.second[figure];
+  for (std::size_t metric = 0; metric < 2; ++metric) {
+    const auto best = std::max_element(auc.begin(), auc.end(), [metric](const auto& a, const auto& b) {
+      return a.second[metric] < b.second[metric];
     });
     EXPECT_LE(std::abs(best->first.first), 4);
     EXPECT_NEAR(best->first.second, 8, 4);

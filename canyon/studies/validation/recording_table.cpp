@@ -81,8 +81,8 @@ std::string to_json(const std::vector<RecordingRow>& rows) {
     }
     Json one{{"name", row.name}, {"class", row.receiver_class}};
     one["headlines"] = headlines_json(row.headlines);
-    const Json figures = Json::parse(row.figures_json);
-    for (const auto& [key, value] : figures.members()) one[key] = value;
+    const Json metrics = Json::parse(row.metrics_json);
+    for (const auto& [key, value] : metrics.members()) one[key] = value;
     json["recordings"].push_back(std::move(one));
   }
   return json.dump(2) + "\n";
@@ -151,8 +151,8 @@ std::string score_card(const std::vector<RecordingRow>& rows) {
     all += score;
   }
   std::vector<TextRow> lines;
-  for (const FigureInfo& info : figure_infos()) {
-    const bool ratio = info.range.of == FigureRange::Of::Ratio;
+  for (const MetricInfo& info : metric_infos()) {
+    const bool ratio = info.range.of == MetricRange::Of::Ratio;
     TextRow line{"", info.range.text() + (ratio ? " of recorded" : "")};
     for (const RecordingRow* row : recordings) {
       const Headline* h = headline_with(row->headlines, info.key);

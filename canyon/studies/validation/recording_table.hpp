@@ -18,9 +18,9 @@ struct RecordingRow {
   std::string receiver_class;  ///< may be empty
   std::vector<Headline> headlines;
   // A recording has:
-  std::string part;           ///< ModelFigures::part
+  std::string part;           ///< ModelMetrics::part
   std::string never_tracked;  ///< never_tracked_text()
-  std::string figures_json;   ///< only to_json() of its models
+  std::string metrics_json;   ///< only to_json() of its models
   // A class has:
   std::vector<std::string> pooled;  ///< names of the pooled recordings
 };

@@ -10,7 +10,7 @@ using ::testing::HasSubstr;
 
 Headline headline(const char* key, std::optional<double> measured, std::optional<double> simulated) {
   return {
-      {key, key, 2, FigureInfo::Kind::Pair, nullptr, figure_info(key)->range}, measured, simulated, {}, {}};
+      {key, key, 2, MetricInfo::Kind::Pair, nullptr, metric_info(key)->range}, measured, simulated, {}, {}};
 }
 
 TEST(ScoreCard, RangesAreThoseOfTheDocs) {
