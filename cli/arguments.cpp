@@ -81,10 +81,10 @@ class Parser {
     const bool checked = std::holds_alternative<std::function<void(const Option::Texts&)>>(option.target);
     if (!option.words.empty() && !checked) added->check(CLI::IsMember(option.words));
     if (option.range) {
-      const auto [least, most] = *option.range;
+      const auto [least, maximum] = *option.range;
       const bool real = std::holds_alternative<double*>(option.target);
-      added->check(real ? CLI::Range(least, most)
-                        : CLI::Range(static_cast<int>(least), static_cast<int>(most)));
+      added->check(real ? CLI::Range(least, maximum)
+                        : CLI::Range(static_cast<int>(least), static_cast<int>(maximum)));
     }
     options_.emplace_back(&option, added);
   }

@@ -48,7 +48,7 @@ struct Option {
   Option& writes() { return is_output = true, *this; }
   /// An earlier name: it still works, with a warning.
   Option& formerly(const std::string& name) { return former.push_back(name), *this; }
-  Option& within(double least, double most) { return range = std::pair(least, most), *this; }
+  Option& within(double least, double maximum) { return range = std::pair(least, maximum), *this; }
   Option& one_of(Texts texts) { return words = std::move(texts), *this; }
 
   [[nodiscard]] bool has_name(std::string_view name) const;

@@ -71,12 +71,12 @@ void check_trajectory_format(const std::string& format) {
 }
 
 void add_threads(Command& command, int& threads, const std::string& about) {
-  command.add_option("--threads", threads, "N", about).within(0, simulation::kMostThreads);
+  command.add_option("--threads", threads, "N", about).within(0, simulation::kMaxThreads);
 }
 
 void warn_of_few_samples(std::size_t count, std::string_view option) {
   if (const auto caution = caution_of_few(count, "draws"))
-    print_warnings({fmt::format("{}: give {} {}", *caution, option, kFewestOf90)});
+    print_warnings({fmt::format("{}: give {} {}", *caution, option, kMinCountFor90)});
 }
 
 Option& add_known(Command& command, std::string& known) {

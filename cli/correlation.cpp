@@ -60,15 +60,15 @@ int run_correlation(const CorrelationArguments& arguments) {
     const drawing::Picture picture = drawing::draw_correlation(record.series(), record.correlation());
     write_file(arguments.out, ending == ".png" ? picture.png : picture.svg);
   }
-  std::size_t received = 0, most = 0;
+  std::size_t received = 0, maximum = 0;
   for (const auto& instant : record.series().instants) {
     received += instant.paths.empty() ? 0 : 1;
-    most = std::max(most, instant.paths.size());
+    maximum = std::max(maximum, instant.paths.size());
   }
   note(arguments.quiet,
        fmt::format("{}: {} {} of {}, {} epochs, received in {}, up to {} paths", arguments.out,
                    arguments.satellite, record.series().signal, record.series().receiver,
-                   record.series().instants.size(), received, most));
+                   record.series().instants.size(), received, maximum));
   return result.interrupted ? kInterrupted : kOk;
 }
 

@@ -34,7 +34,7 @@ namespace {
 namespace fs = std::filesystem;
 using geodesy::GpsTime;
 
-constexpr int kMostRuns = 10'000;
+constexpr int kMaxRuns = 10'000;
 
 std::string number(double value, int decimals) {
   return std::isnan(value) ? "-" : fmt::format("{:.{}f}", value, decimals);
@@ -152,9 +152,9 @@ class MapRun {
     for (const std::string_view piece : split(instants, ','))
       if (ranks_.rank() == 0 && piece.find(':') != std::string_view::npos) warn_of_no_zone(piece);
     receiver_ = choose_receiver(scenario_, arguments_.receiver, arguments_.model);
-    if (arguments_.runs < 1 || arguments_.runs > kMostRuns) {
+    if (arguments_.runs < 1 || arguments_.runs > kMaxRuns) {
       throw InputError(fmt::format("--runs {} is out of range", arguments_.runs),
-                       fmt::format("give 1 to {}", kMostRuns));
+                       fmt::format("give 1 to {}", kMaxRuns));
     }
     runs_.emplace(arguments_, scenario_);
     for (const std::string& prior : runs_->priors()) note(fmt::format("unknown     {}", prior));
@@ -462,7 +462,7 @@ void add_heatmap(Command& app) {
                   "number of maps, each with a sample of what the scenario leaves open (level of the "
                   "installation, obstacles, facades, position of the city) and its own seed; map is their "
                   "median, p05, p25, p75 and p95 bound the intervals that contain 50 and 90 % of them")
-      .within(2, kMostRuns)
+      .within(2, kMaxRuns)
       .excludes("--runs");
   add_known(command, arguments.known).needs("--unknowns");
   add_threads(command, arguments.threads);

@@ -171,7 +171,7 @@ void check_size(const HeatmapArguments& arguments, const heatmap::Request& reque
   const char* cure =
       "use a larger --spacing, a smaller box or fewer times, or give --large to compute it anyway";
   if (arguments.large) return;
-  if (values > kMostValues) throw InputError(what, cure);
+  if (values > kMaxValues) throw InputError(what, cure);
   // Finished tiles of an earlier run are part of the required space.
   namespace fs = std::filesystem;
   std::error_code ignored;

@@ -37,7 +37,7 @@ struct HeatmapFormats {
 };
 
 /// Larger maps (cells times altitudes, times and layers) need the option --large.
-inline constexpr double kMostValues = 1e10;
+inline constexpr double kMaxValues = 1e10;
 
 // Each throws an InputError with the option's name and a hint.
 
@@ -77,7 +77,7 @@ class MapRuns {
 };
 /// Number of maps to compute.
 [[nodiscard]] int run_count(const HeatmapArguments& arguments);
-/// Throws InputError if the map is larger than kMostValues or than the free space at `out`, unless --large.
+/// Throws InputError if the map is larger than kMaxValues or than the free space at `out`, unless --large.
 void check_size(const HeatmapArguments& arguments, const heatmap::Request& request);
 
 /// The options that values depend on, in a fixed order: equal maps have equal text.

@@ -79,7 +79,7 @@ int run_iq(const IqArguments& arguments) {
     note(arguments.quiet,
          fmt::format("{} samples: {}; up to {} paths", file->samples(),
                      counts.empty() ? "no signal" : fmt::format("{}", fmt::join(counts, ", ")),
-                     contents.most_paths));
+                     contents.max_paths));
   }
   if (result.interrupted) {
     fmt::print(stderr, "canyon: interrupted: {} of {} epochs finished and written\n", result.epochs,

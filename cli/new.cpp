@@ -125,15 +125,15 @@ class DriveFinder {
   /// The longest straight route up to 500 m from a point near the middle.
   [[nodiscard]] Route straight() const {
     Route best;
-    double most_m = 0;
+    double max_m = 0;
     for (int k = 0; k < 11 * 11 * 24; ++k) {
       const Eigen::Vector2d from = middle_ + 20 * Eigen::Vector2d(k / 24 % 11 - 5, k / 24 / 11 - 5);
       const double azimuth = geodesy::radians(15.0 * (k % 24));
       const Eigen::Vector2d step = kStep_m * Eigen::Vector2d(std::sin(azimuth), std::cos(azimuth));
       int steps = 0;
       while (steps * kStep_m < kDrive_m && is_free(from + step * steps)) ++steps;
-      if (steps * kStep_m <= most_m) continue;
-      most_m = steps * kStep_m;
+      if (steps * kStep_m <= max_m) continue;
+      max_m = steps * kStep_m;
       best = {from, from + step * (steps - 1)};
     }
     return best;

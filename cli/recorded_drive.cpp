@@ -20,7 +20,7 @@ namespace canyon::cli {
 namespace {
 
 /// Minimum number of epochs for aligning and for validating.
-constexpr std::size_t kFewestEpochs = 10;
+constexpr std::size_t kMinEpochs = 10;
 /// Below this mean AUC the city and the recording hardly match: 0.5 is chance, 0.88 is the value of a city of
 /// OpenStreetMap outlines (docs/results.md).
 constexpr double kTellingScore = 0.7;
@@ -265,13 +265,13 @@ void RecordedDrive::choose_parts() {
   const auto first = static_cast<std::size_t>(std::lround(fraction * static_cast<double>(all)));
   const bool whole = part == "all" || (part.empty() && !recorded_.align);
   if (!whole || recorded_.align) {
-    if (first < kFewestEpochs || all - first < kFewestEpochs) {
+    if (first < kMinEpochs || all - first < kMinEpochs) {
       throw InputError(
           fmt::format("{}the recording's {} epochs give parts of {} and {}", prefix_, all, first,
                       all - first),
           fmt::format(
               "aligning and validating need {} epochs each: give a longer recording or another --split",
-              kFewestEpochs));
+              kMinEpochs));
     }
     first_part_.name = aligned_by_ = fraction == 0.5 ? "first half" : "first " + fraction_name(fraction);
   }

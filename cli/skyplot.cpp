@@ -83,7 +83,7 @@ int draw_one(const SkyplotArguments& arguments, Site& site) {
   return kOk;
 }
 
-constexpr std::size_t kMostFrames = 999'999;
+constexpr std::size_t kMaxFrames = 999'999;
 fs::path frame_path(const fs::path& folder, std::size_t index) {
   return folder / fmt::format("frame_{:06}.png", index + 1);
 }
@@ -104,9 +104,9 @@ int draw_frames(const SkyplotArguments& arguments, Site& site, ResultFiles& file
   site.check_time(last, "--last");
   // A frame at `last` too, if a step is on it to about a nanosecond.
   const double steps = std::floor((last - first) / arguments.every_s + 1e-6);
-  if (steps >= static_cast<double>(kMostFrames)) {
+  if (steps >= static_cast<double>(kMaxFrames)) {
     throw InputError(fmt::format("--every {:g} gives {:.0f} frames", arguments.every_s, steps + 1),
-                     fmt::format("use a longer step: at most {} frames are numbered", kMostFrames));
+                     fmt::format("use a longer step: at most {} frames are numbered", kMaxFrames));
   }
   const auto count = static_cast<std::size_t>(steps) + 1;
   const auto time_of = [&](std::size_t i) { return first + arguments.every_s * static_cast<double>(i); };

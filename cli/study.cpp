@@ -46,11 +46,11 @@ Shard parse_shard(const std::string& text) {
 }
 
 std::string list_of(const std::vector<std::size_t>& numbers) {
-  constexpr std::size_t kMost = 8;
+  constexpr std::size_t kMax = 8;
   std::string text;
-  for (std::size_t i = 0; i < std::min(kMost, numbers.size()); ++i)
+  for (std::size_t i = 0; i < std::min(kMax, numbers.size()); ++i)
     text += fmt::format("{}{}", i > 0 ? ", " : "", numbers[i]);
-  if (numbers.size() > kMost) text += fmt::format(" and {} more", numbers.size() - kMost);
+  if (numbers.size() > kMax) text += fmt::format(" and {} more", numbers.size() - kMax);
   return text;
 }
 

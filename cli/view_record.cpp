@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kLargestSide = 3840;
+constexpr int kMaxSide = 3840;
 constexpr double kMaxVideoFrames = 3600;
 
 /// Whether the film is one file; false: a folder of frames.
@@ -39,10 +39,10 @@ std::pair<int, int> size_of(const std::string& text) {
   const auto side = [](std::string_view part) { return parse_integer(part).value_or(0); };
   const long long width = side(parts.front()), height = side(parts.back());
   // Encoders halve the resolution of colours in both directions.
-  const auto possible = [](long long px) { return px >= 320 && px <= kLargestSide && px % 2 == 0; };
+  const auto possible = [](long long px) { return px >= 320 && px <= kMaxSide && px % 2 == 0; };
   if (parts.size() != 2 || !possible(width) || !possible(height)) {
     throw InputError("--record-size is not a size: " + text,
-                     fmt::format("give WIDTHxHEIGHT, even, from 320 to {}", kLargestSide));
+                     fmt::format("give WIDTHxHEIGHT, even, from 320 to {}", kMaxSide));
   }
   return {static_cast<int>(width), static_cast<int>(height)};
 }

@@ -11,9 +11,9 @@ namespace canyon::adapters::gazebo_classic {
 namespace {
 
 std::size_t append(const char* bytes, std::size_t size, std::size_t count, void* answer) {
-  constexpr std::size_t kLongest = 1 << 16;  // a master's response has some hundred bytes
+  constexpr std::size_t kMax = 1 << 16;  // a master's response has some hundred bytes
   auto& text = *static_cast<std::string*>(answer);
-  if (text.size() + size * count > kLongest) return 0;
+  if (text.size() + size * count > kMax) return 0;
   text.append(bytes, size * count);
   return size * count;
 }

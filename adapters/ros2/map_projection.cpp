@@ -14,7 +14,7 @@
 namespace canyon::adapters::ros2 {
 namespace {
 
-constexpr std::size_t kMostBytes = 64 << 10;
+constexpr std::size_t kMaxBytes = 64 << 10;
 constexpr const char* kNeeds = "give projector_type, and mgrs_grid or map_origin";
 constexpr std::string_view kMgrs = "MGRS", kUtm = "LocalCartesianUTM", kTangential = "LocalCartesian",
                            kMercator = "TransverseMercator";
@@ -60,7 +60,7 @@ void visit(options::Visitor& v, MapProjectorInfo& info) {
 }
 
 MapProjectorInfo read_map_projector_info(const std::filesystem::path& path) {
-  const TextFile file(path, kMostBytes);
+  const TextFile file(path, kMaxBytes);
   options::Document document;
   document.file = path;
   MapProjectorInfo info;

@@ -295,10 +295,10 @@ struct ReceiverNode::Impl {
   void tick_clock() {
     using Clock = std::chrono::steady_clock;
     constexpr auto kLatest = std::chrono::milliseconds(500);
-    constexpr int kMost = 100;  // at a time, to serve others too
+    constexpr int kMax = 100;  // at a time, to serve others too
     const auto now = Clock::now();
     next_tick = std::max(next_tick, now - kLatest);
-    for (int i = 0; i < kMost && timer && next_tick <= now; ++i, next_tick += period) {
+    for (int i = 0; i < kMax && timer && next_tick <= now; ++i, next_tick += period) {
       zero_ns = 0;
       const std::int64_t epoch_ns = hosted->next_ns();
       const std::int64_t next_ns = elapsed_ns < 0 ? 0 : elapsed_ns + tick_ns;

@@ -66,7 +66,7 @@ GzipFile::GzipFile(std::filesystem::path path) : path_(std::move(path)), file_(n
     gzrewind(file_.get());
   }
   if (is_unpacked_whole(ready_)) {
-    check_input_file(path_, kLargestUnpacked);
+    check_input_file(path_, kMaxUnpacked);
     std::string packed(size_, '\0');
     std::copy(ready_.begin(), ready_.end(), packed.begin());
     for (std::size_t at = ready_.size(); at < packed.size();) {
@@ -110,8 +110,8 @@ std::size_t GzipFile::read(char* to, std::size_t size, int line) {
 std::size_t GzipFile::read_unpacked(char* to, std::size_t size, int line) {
   const std::size_t n = read_some(to, size, line);
   unpacked_ += n;
-  if (unpacked_ > kHarmlessSize && unpacked_ / kMostGrowth > size_) {
-    throw InputError(path_, line, "unpacks to more than " + std::to_string(kMostGrowth) + " times its size",
+  if (unpacked_ > kHarmlessSize && unpacked_ / kMaxGrowth > size_) {
+    throw InputError(path_, line, "unpacks to more than " + std::to_string(kMaxGrowth) + " times its size",
                      "is it the right file?");
   }
   return n;

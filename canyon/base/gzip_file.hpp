@@ -52,21 +52,21 @@ class GzipFile {
                                      std::size_t max_bytes = std::size_t{1} << 31);
 
 /// The default limit of a reader for the size of a file [bytes].
-inline constexpr std::uint64_t kLargestFile = std::uint64_t{1} << 38;
+inline constexpr std::uint64_t kMaxFile = std::uint64_t{1} << 38;
 
 /// Adds a file to InputFiles. Throws InputError as InputFiles does, and unless `path` is a regular file (no
 /// folder, no pipe or device, which may never end) of at most `largest` bytes. Every reader calls it before
 /// opening a file.
-void check_input_file(const std::filesystem::path& path, std::uint64_t largest = kLargestFile);
+void check_input_file(const std::filesystem::path& path, std::uint64_t largest = kMaxFile);
 
 /// The first bytes of a file, not unpacked; fewer if the file is shorter, none if it is unreadable.
 [[nodiscard]] std::string read_head(const std::filesystem::path& path, std::size_t bytes);
 
-/// A larger file that expands by more than `kMostGrowth` when unpacked is rejected.
+/// A larger file that expands by more than `kMaxGrowth` when unpacked is rejected.
 inline constexpr std::uint64_t kHarmlessSize = std::uint64_t{1} << 28;
-inline constexpr std::uint64_t kMostGrowth = 200;
+inline constexpr std::uint64_t kMaxGrowth = 200;
 /// Limit for files that are unpacked as a whole, packed and unpacked size [bytes].
-inline constexpr std::size_t kLargestUnpacked = std::size_t{1} << 30;
+inline constexpr std::size_t kMaxUnpacked = std::size_t{1} << 30;
 
 /// Whether `head` is the beginning of a gzip file, a bzip2 file or a zip archive.
 [[nodiscard]] bool is_gzip(std::string_view head);

@@ -95,11 +95,11 @@ std::string hide_in(std::string_view word) {
 /// The end of a quotation that begins with a quotation mark at `at`, whose words may be one address; `at` if
 /// no quotation begins there.
 std::size_t quotation_end(std::string_view text, std::size_t at) {
-  constexpr std::size_t kLongest = 2000;
+  constexpr std::size_t kMax = 2000;
   const bool opens =
       at == 0 || std::string_view(" \t\r\n([{=,:").find(text[at - 1]) != std::string_view::npos;
   const std::size_t end = text.find(text[at], at + 1);
-  if (!opens || end == std::string_view::npos || end - at > kLongest) return at;
+  if (!opens || end == std::string_view::npos || end - at > kMax) return at;
   const std::string_view inside = text.substr(at + 1, end - at - 1);
   return inside.find('\n') == std::string_view::npos && inside.find('@') != std::string_view::npos ? end : at;
 }

@@ -191,7 +191,7 @@ class Json::Builder {
   }
 
  private:
-  static constexpr std::size_t kMostLevels = 1000;  ///< so that no text overflows the stack
+  static constexpr std::size_t kMaxLevels = 1000;  ///< so that no text overflows the stack
 
   Json* put(Json value) {
     if (open_.empty()) return &(root = std::move(value));
@@ -200,7 +200,7 @@ class Json::Builder {
     return &list.held<Object>("object").emplace_back(Member{std::move(key_), std::move(value)}).value;
   }
   bool open(Json value) {
-    if (open_.size() == kMostLevels) throw JsonError("values are nested deeper than 1000 levels");
+    if (open_.size() == kMaxLevels) throw JsonError("values are nested deeper than 1000 levels");
     open_.push_back(put(std::move(value)));
     return true;
   }

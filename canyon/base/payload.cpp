@@ -14,8 +14,8 @@ Payload& Payload::put(std::uint64_t value, int bytes) {
 
 Payload& Payload::unsigned_field(double value, double step, int bytes) {
   const double steps = std::round(value / step);
-  const double most = std::ldexp(1.0, 8 * bytes) - 1;
-  return put(std::isnan(steps) ? 0 : static_cast<std::uint64_t>(std::clamp(steps, 0.0, most)), bytes);
+  const double maximum = std::ldexp(1.0, 8 * bytes) - 1;
+  return put(std::isnan(steps) ? 0 : static_cast<std::uint64_t>(std::clamp(steps, 0.0, maximum)), bytes);
 }
 
 Payload& Payload::signed_field(double value, double step, int bytes) {

@@ -79,7 +79,7 @@ double predictive_quantile(std::span<const double> values, double p) {
 
 std::optional<std::string> caution_of_few(std::size_t count, std::string_view noun) {
   assert(count > 0);
-  if (count >= kFewestOf90) return std::nullopt;
+  if (count >= kMinCountFor90) return std::nullopt;
   const auto n = static_cast<double>(count);
   return fmt::format("90 % intervals of {} {} are intervals of {:.0f} %", count, noun,
                      100 * (n - 1) / (n + 1));

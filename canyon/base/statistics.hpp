@@ -45,16 +45,16 @@ inline constexpr double kMadToSigma = 1.4826;
 [[nodiscard]] double chi_square_quantile(double probability, int degrees);
 
 /// Smallest sample size whose 90 % interval does not end at the smallest and largest values.
-inline constexpr std::size_t kFewestOf90 = 19;
+inline constexpr std::size_t kMinCountFor90 = 19;
 
 /// Value that the next sample is below with probability p: at rank p (n + 1) of the n ordered values, linear
 /// between neighbours (definition 6 of Hyndman and Fan, The American Statistician 50, 1996). For p within 1 /
-/// (n + 1) of either end it is the smallest or largest value: 90 % intervals need kFewestOf90.
+/// (n + 1) of either end it is the smallest or largest value: 90 % intervals need kMinCountFor90.
 /// @param values one or more (asserted), none is NaN; @param p in [0, 1]
 [[nodiscard]] double predictive_quantile(std::span<const double> values, double p);
 
-/// Caution about 90 % intervals of fewer than kFewestOf90 values: they contain the next value with
-/// probability (n - 1) / (n + 1). Empty from kFewestOf90 on. @param count 1 or more; @param noun of the
+/// Caution about 90 % intervals of fewer than kMinCountFor90 values: they contain the next value with
+/// probability (n - 1) / (n + 1). Empty from kMinCountFor90 on. @param count 1 or more; @param noun of the
 /// values, such as "draws"
 [[nodiscard]] std::optional<std::string> caution_of_few(std::size_t count, std::string_view noun);
 

@@ -134,7 +134,7 @@ TEST(Predictive, TheNextValueIsWithinWithItsProbability) {
       const double next = stream.normal();
       within += next >= predictive_quantile(values, 0.05) && next <= predictive_quantile(values, 0.95);
     }
-    EXPECT_NEAR(within / double{kTrials}, count < kFewestOf90 ? 9.0 / 11 : 0.9, 0.01);
+    EXPECT_NEAR(within / double{kTrials}, count < kMinCountFor90 ? 9.0 / 11 : 0.9, 0.01);
   }
 }
 

@@ -65,7 +65,7 @@ void TextFile::note_cut(int line) {
 std::optional<std::string_view> TextFile::peek_line() {
   std::size_t searched = position_;
   end_ = text_.find('\n', searched);
-  while (end_ == std::string::npos && rest_ && text_.size() - position_ <= kLongestLine) {
+  while (end_ == std::string::npos && rest_ && text_.size() - position_ <= kMaxLine) {
     text_.erase(0, position_);
     position_ = 0;
     searched = text_.size();
@@ -91,7 +91,7 @@ std::optional<std::string_view> TextFile::peek_line() {
   }
   if (position_ >= text_.size()) return std::nullopt;
   end_ = std::min(end_, text_.size());
-  if (rest_ && end_ - position_ > kLongestLine)
+  if (rest_ && end_ - position_ > kMaxLine)
     throw InputError(path_, line_ + 1, "line of more than 64 KiB", "this is not a text file");
   std::string_view line = std::string_view(text_).substr(position_, end_ - position_);
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);

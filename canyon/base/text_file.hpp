@@ -23,7 +23,7 @@ enum class CutGzip : std::uint8_t {
 class TextFile {
  public:
   /// Limit of a line in a streamed file; a longer line is rejected [bytes].
-  static constexpr std::size_t kLongestLine = std::size_t{1} << 16;
+  static constexpr std::size_t kMaxLine = std::size_t{1} << 16;
 
   /// Reads the whole file. Throws InputError if it is missing, a folder, unreadable, over `max_bytes`
   /// unpacked, or (gzip) damaged or, with CutGzip::Refuse, cut short.
@@ -32,7 +32,7 @@ class TextFile {
   /// Reads the file in pieces, in constant memory: recordings of a day at 10 Hz have gigabytes. A line is
   /// valid until the next call. Truncated gzip data are read up to the cut. Throws InputError if the file is
   /// missing, a folder or unreadable; next_line() and peek_line() throw it for damaged gzip data and for a
-  /// line above kLongestLine.
+  /// line above kMaxLine.
   [[nodiscard]] static TextFile streamed(const std::filesystem::path& path);
   /// A text that is already in memory; `name` is its path in messages.
   [[nodiscard]] static TextFile from_string(std::string text, std::filesystem::path name);

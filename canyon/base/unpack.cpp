@@ -98,7 +98,7 @@ void require_one_file(const std::filesystem::path& path, std::string_view packed
 
 std::string unpack(const std::filesystem::path& path, std::string_view packed) {
   const auto largest = static_cast<std::size_t>(std::min<std::uint64_t>(
-      kLargestUnpacked, std::max<std::uint64_t>(kHarmlessSize, kMostGrowth * packed.size())));
+      kMaxUnpacked, std::max<std::uint64_t>(kHarmlessSize, kMaxGrowth * packed.size())));
   const Utf8Names names;
   if (is_zip(packed)) require_one_file(path, packed);
   const Archive reader = opened(path, packed);

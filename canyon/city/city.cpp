@@ -93,9 +93,9 @@ Box City::bounds() const {
 }
 
 void check_mesh(const Mesh& mesh, const std::string& name) {
-  constexpr std::size_t kMost = std::numeric_limits<std::uint32_t>::max();
-  if (mesh.vertices.size() > kMost || mesh.triangles.size() > kMost)
-    throw InputError(fmt::format("mesh '{}' has more than {} vertices or triangles", name, kMost));
+  constexpr std::size_t kMax = std::numeric_limits<std::uint32_t>::max();
+  if (mesh.vertices.size() > kMax || mesh.triangles.size() > kMax)
+    throw InputError(fmt::format("mesh '{}' has more than {} vertices or triangles", name, kMax));
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const Eigen::Vector3d& v = mesh.vertices[i];
     if (!v.allFinite()) throw InputError(fmt::format("mesh '{}': vertex {} is not finite", name, i));
@@ -144,7 +144,7 @@ std::size_t append_object(Mesh& mesh, std::string name, Surface surface, Materia
 std::size_t append_object(Mesh& mesh, std::string name, Surface surface,
                           const std::vector<Material>& materials,
                           const std::vector<Eigen::Vector3d>& vertices, const TriangleIndices& triangles) {
-  constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
+  constexpr std::uint32_t kMax = std::numeric_limits<std::uint32_t>::max();
   for (const auto& triangle : triangles) {
     for (const std::uint32_t index : triangle) {
       if (index >= vertices.size()) {
@@ -153,8 +153,8 @@ std::size_t append_object(Mesh& mesh, std::string name, Surface surface,
       }
     }
   }
-  if (mesh.vertices.size() + vertices.size() >= kMost || mesh.triangles.size() + triangles.size() >= kMost)
-    throw InputError(fmt::format("object '{}' makes the mesh larger than {} triangles", name, kMost));
+  if (mesh.vertices.size() + vertices.size() >= kMax || mesh.triangles.size() + triangles.size() >= kMax)
+    throw InputError(fmt::format("object '{}' makes the mesh larger than {} triangles", name, kMax));
   std::unordered_map<std::uint32_t, std::uint32_t> indices;
   const auto first = static_cast<std::uint32_t>(mesh.triangles.size());
   std::size_t dropped = 0;

@@ -45,7 +45,7 @@ constexpr std::string_view kMagic{
 constexpr std::uint32_t kVersion = 3;
 constexpr std::size_t kBlockHeader = 24;
 /// A zlib stream unpacks to at most this many bytes for each byte (zlib's documentation: 1032).
-constexpr std::uint64_t kMostUnpacked = 1040;
+constexpr std::uint64_t kMaxUnpacked = 1040;
 constexpr std::string_view kCopyAgain = "copy it again, or build the city again";
 
 constexpr auto kLastSurface = static_cast<std::uint8_t>(Surface::Vehicle);
@@ -224,7 +224,7 @@ class CityFileReader {
     const std::string_view body = rest_.substr(0, static_cast<std::size_t>(packed));
     rest_.remove_prefix(body.size());
     if (crc_of(head, body) != crc) damaged(name, "its checksum differs");
-    if (unpacked / kMostUnpacked > packed) damaged(name, "its size is impossible");
+    if (unpacked / kMaxUnpacked > packed) damaged(name, "its size is impossible");
     std::string raw(static_cast<std::size_t>(unpacked), '\0');
     auto size = static_cast<uLongf>(raw.size());
     // zlib needs an output buffer even for no output.

@@ -114,17 +114,17 @@ std::optional<MeshNode> extruded_polylines(const std::string& name, const std::v
   return node;
 }
 
-constexpr double kLargestSize_m = 1e6;
+constexpr double kMaxSize_m = 1e6;
 
 /// Numbers of a shape's child [m].
 std::vector<double> child_numbers(const SdfFile& source, const Element& shape, const char* child,
                                   std::size_t count) {
   const Element* element = shape.FirstChildElement(child);
   if (element == nullptr) throw source.error(shape, fmt::format("<{}> without <{}>", shape.Name(), child));
-  return numbers(source, *element, count, kLargestSize_m);
+  return numbers(source, *element, count, kMaxSize_m);
 }
 
-constexpr double kLargestPose_m = 1e6;
+constexpr double kMaxPose_m = 1e6;
 constexpr std::size_t kDeepestName = 16;
 
 bool is_frame(std::string_view kind) {
@@ -182,15 +182,15 @@ bool add_polylines(const SdfFile& source, const Element& geometry, LinkShapes& s
   for (const Element* e = first; e != nullptr; e = e->NextSiblingElement("polyline")) {
     Polyline& path = polylines.emplace_back();
     for (const Element* p = e->FirstChildElement("point"); p != nullptr; p = p->NextSiblingElement("point")) {
-      const std::vector<double> at = numbers(source, *p, 2, kLargestSize_m);
+      const std::vector<double> at = numbers(source, *p, 2, kMaxSize_m);
       path.emplace_back(at[0], at[1]);
     }
   }
   // GEOS needs time proportional to the square of the number of paths.
-  constexpr std::size_t kMostPaths = 500;
-  if (polylines.size() > kMostPaths)
+  constexpr std::size_t kMaxPaths = 500;
+  if (polylines.size() > kMaxPaths)
     throw source.error(*first, fmt::format("{} <polyline> of a geometry", polylines.size()),
-                       fmt::format("give {} at most, the others in geometries of their own", kMostPaths));
+                       fmt::format("give {} at most, the others in geometries of their own", kMaxPaths));
   if (geos::is_tangled(polylines))
     throw source.error(*first, "<polyline> whose sides cross thousands of times",
                        "give the corners in order along the outline");
@@ -203,7 +203,7 @@ Affine3d Frames::numbers_of(const SdfFile& source, const Element& element) {
   Affine3d result = Affine3d::Identity();
   if (pose == nullptr) return result;
   if (attribute(*pose, "rotation_format") == "quat_xyzw") {
-    const std::vector<double> v = numbers(source, *pose, 7, kLargestPose_m);
+    const std::vector<double> v = numbers(source, *pose, 7, kMaxPose_m);
     const Eigen::Quaterniond q(v[6], v[3], v[4], v[5]);
     if (!(q.norm() > 1e-6)) throw source.error(*pose, "quaternion of length 0");
     result.translate(Vector3d(v[0], v[1], v[2]));
@@ -211,7 +211,7 @@ Affine3d Frames::numbers_of(const SdfFile& source, const Element& element) {
     return result;
   }
   if (text_of(*pose).empty()) return result;
-  const std::vector<double> v = numbers(source, *pose, 6, kLargestPose_m);
+  const std::vector<double> v = numbers(source, *pose, 6, kMaxPose_m);
   const double unit = is_true(attribute(*pose, "degrees")) ? geodesy::radians(1) : 1;
   result.translate(Vector3d(v[0], v[1], v[2]));
   // SDF: roll about x, then pitch about y, then yaw about z, all about fixed axes.

@@ -25,7 +25,7 @@ namespace canyon::city {
 namespace {
 
 constexpr std::string_view kModelMark = "A city written by Canyon.";
-constexpr std::size_t kMostTriangles = 100'000'000;
+constexpr std::size_t kMaxTriangles = 100'000'000;
 
 /// Objects that form one link.
 struct Link {
@@ -40,9 +40,9 @@ std::size_t triangles_of(const std::vector<Object>& objects) {
 }
 
 /// Halves the objects across their longer side until each group is small enough.
-void split_by_location(const Mesh& mesh, std::vector<Object> objects, std::size_t most,
+void split_by_location(const Mesh& mesh, std::vector<Object> objects, std::size_t maximum,
                        std::vector<std::vector<Object>>& groups) {
-  if (objects.size() < 2 || triangles_of(objects) <= most) {
+  if (objects.size() < 2 || triangles_of(objects) <= maximum) {
     if (!objects.empty()) groups.push_back(std::move(objects));
     return;
   }
@@ -64,8 +64,8 @@ void split_by_location(const Mesh& mesh, std::vector<Object> objects, std::size_
   std::vector<Object> high;
   for (auto it = posed.begin(); it != posed.end(); ++it)
     (it < half ? low : high).push_back(std::move(it->second));
-  split_by_location(mesh, std::move(low), most, groups);
-  split_by_location(mesh, std::move(high), most, groups);
+  split_by_location(mesh, std::move(low), maximum, groups);
+  split_by_location(mesh, std::move(high), maximum, groups);
 }
 
 std::vector<Link> links_of(const Mesh& mesh, std::size_t triangles_per_mesh) {
@@ -256,7 +256,7 @@ void GazeboOptions::validate() const {
 void visit(options::Visitor& v, GazeboOptions& o) {
   v.text({"name", "", "name of the model and the world"}, o.name);
   v.integer({"triangles_per_mesh", "", "maximum in one collision mesh"}, o.triangles_per_mesh, 1,
-            kMostTriangles);
+            kMaxTriangles);
   v.text({"gps_time", "", "ISO 8601, written as a comment"}, o.gps_time);
 }
 

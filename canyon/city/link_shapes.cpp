@@ -119,9 +119,9 @@ void LinkShapes::append(const ShapePose& location, const std::string& object, Su
   for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
     const auto& [a, b, c] = soup.triangles[t];
     for (const std::uint32_t v : {a, b, c}) {
-      if (!(soup.vertices[v].norm() <= kLargestShape_m)) {
-        return leave_out(
-            location, fmt::format("it extends farther than {:.0f} km from its link", kLargestShape_m / 1e3));
+      if (!(soup.vertices[v].norm() <= kMaxShape_m)) {
+        return leave_out(location,
+                         fmt::format("it extends farther than {:.0f} km from its link", kMaxShape_m / 1e3));
       }
     }
     if (is_degenerate(soup.vertices[a], soup.vertices[b], soup.vertices[c])) continue;
@@ -152,9 +152,9 @@ void LinkShapes::plane(const ShapePose& location, const Vector3d& normal, Eigen:
   if (!normal.allFinite() || !(normal.norm() > 1e-6))
     return leave_out(location, "a plane with a normal of length 0");
   if (!(size.minCoeff() > 0)) return leave_out(location, "a plane without extent");
-  if (size.maxCoeff() > kLargestPlane_m) {
-    size = size.cwiseMin(kLargestPlane_m);
-    note(location, fmt::format("is a plane cut to {:.0f} km about its origin", kLargestPlane_m / 1e3));
+  if (size.maxCoeff() > kMaxPlane_m) {
+    size = size.cwiseMin(kMaxPlane_m);
+    note(location, fmt::format("is a plane cut to {:.0f} km about its origin", kMaxPlane_m / 1e3));
   }
   add(location, plane_mesh(normal.normalized(), size));
 }

@@ -47,9 +47,9 @@ struct TriangleSet {
 
 /// A plane's sides are limited to this length about its origin, so that a "boundless" plane keeps ray casts
 /// accurate: see RayScene's 10 km.
-inline constexpr double kLargestPlane_m = 10'000;
+inline constexpr double kMaxPlane_m = 10'000;
 /// A shape with a vertex farther than this from its link's origin is omitted.
-inline constexpr double kLargestShape_m = 50'000;
+inline constexpr double kMaxShape_m = 50'000;
 /// A heightmap with more heights per side is thinned, if its number of cells is divisible.
 inline constexpr int kFinestHeightmap = 1'025;
 

@@ -95,7 +95,7 @@ TEST_F(LinkShapesTest, WithoutExtentNothingIsTaken) {
 
 TEST_F(LinkShapesTest, PlanesAreCut) {
   shapes_.plane(position_, {0, 0, 5}, {1e6, 30});
-  EXPECT_LT((bounds_of(shapes_.take()).sizes() - Vector3d(kLargestPlane_m, 30, 0)).norm(), 1e-9);
+  EXPECT_LT((bounds_of(shapes_.take()).sizes() - Vector3d(kMaxPlane_m, 30, 0)).norm(), 1e-9);
   EXPECT_THAT(notes_, ElementsAre("'house::link::wall' is a plane cut to 10 km about its origin"));
 }
 

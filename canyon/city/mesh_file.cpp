@@ -20,7 +20,7 @@
 namespace canyon::city {
 namespace {
 
-constexpr double kLargestCity_m = 200e3;
+constexpr double kMaxCity_m = 200e3;
 constexpr double kSmallestCity_m = 1;
 /// A sheet has no face steeper than this: |n_z| at least cos(80 deg).
 constexpr double kSheetNormalZ = 0.17364817766693041;
@@ -102,7 +102,7 @@ class MeshImport {
   void note(std::string_view line) { notes_.add_line(ReadReport::Level::Remark, line); }
 
   void check_bytes() const {
-    check_input_file(path_, meshes::kLargestMesh);
+    check_input_file(path_, meshes::kMaxMesh);
     const std::string head = read_head(path_, 512);
     if (is_gzip(head) || is_unpacked_whole(head))
       throw InputError(path_, 0, "is a packed file, not a mesh", "unpack it first");
@@ -212,12 +212,12 @@ class MeshImport {
                        "set the city's scale if its unit is wrong");
     }
     const double size = (bounds_.max - bounds_.min).maxCoeff();
-    if (size > kLargestCity_m || (size < kSmallestCity_m && whole_city_ && !marked_)) {
+    if (size > kMaxCity_m || (size < kSmallestCity_m && whole_city_ && !marked_)) {
       throw InputError(path_, 0, fmt::format("the city would be {:.4g} m large, outside 1 m to 200 km", size),
                        "set the city's scale: the unit declared in the file seems wrong");
     }
     const double distance = (0.5 * (bounds_.min + bounds_.max)).norm();
-    if (distance > kLargestCity_m && whole_city_) {
+    if (distance > kMaxCity_m && whole_city_) {
       throw InputError(path_, 0, fmt::format("the city would be {:.0f} km from its origin", distance / 1e3),
                        "export it about a local origin, or move it there with the city's offset");
     }

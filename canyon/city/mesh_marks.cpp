@@ -14,7 +14,7 @@
 namespace canyon::city {
 namespace {
 
-constexpr std::size_t kLongestName = 120;
+constexpr std::size_t kMaxName = 120;
 constexpr unsigned kRepeatMark = 0xFFFE;
 
 constexpr std::array<std::string_view, 4> kSurfaceWords{"building", "terrain", "foliage", "vehicle"};
@@ -92,10 +92,9 @@ std::string escaped(std::string_view text, NameCharacters characters) {
 }
 
 std::string cut(std::string_view name) {
-  if (name.size() <= kLongestName) return std::string(name);
+  if (name.size() <= kMaxName) return std::string(name);
   std::size_t end = 0;
-  for (std::size_t at = 0; at <= kLongestName; at += std::max<std::size_t>(1, utf8_length(name, at)))
-    end = at;
+  for (std::size_t at = 0; at <= kMaxName; at += std::max<std::size_t>(1, utf8_length(name, at))) end = at;
   return std::string(name.substr(0, end));
 }
 

@@ -36,7 +36,7 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
                            const std::map<gnss::System, gnss::Klobuchar>& klobuchar, double shared_m,
                            double apart_m) {
   // Deviation of a code without one, as in RTCM, and the smallest one of a survey receiver.
-  constexpr double kLeastCode_m = 0.3;
+  constexpr double kMinCode_m = 0.3;
   station_ = corrections.station;
   time_ = corrections.receiver_time;
   corrections_.clear();
@@ -64,7 +64,7 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
       4 * static_cast<std::size_t>(below) > is_below.size() ? -geodesy::kPi : geodesy::radians(15);
   for (const relative::ObservedMinusComputed& seen : computed) {
     const double code_m =
-        std::sqrt(std::max(seen.sigma_m * seen.sigma_m - shared_m * shared_m, kLeastCode_m * kLeastCode_m));
+        std::sqrt(std::max(seen.sigma_m * seen.sigma_m - shared_m * shared_m, kMinCode_m * kMinCode_m));
     corrections_[{seen.id, seen.signal}] = {-seen.code_m, seen.sigma_m, std::hypot(code_m, apart_m)};
     Mean& clock = clock_of(seen.id);
     clock.sum -= seen.code_m;
@@ -84,7 +84,7 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
 // in the station's receiver. Echoes in its codes are outliers: least squares with Huber's weights.
 void CodeCorrections::locate(std::vector<Sighting> sightings) {
   constexpr int kRounds = 20;
-  constexpr double kOutlier_m = 3, kMostPdop = 5;
+  constexpr double kOutlier_m = 3, kMaxPdop = 5;
   struct Mean {
     Eigen::Vector3d towards = Eigen::Vector3d::Zero();
     double metres = 0, weight = 0;
@@ -112,7 +112,7 @@ void CodeCorrections::locate(std::vector<Sighting> sightings) {
     }
     const Eigen::Matrix3d inverse = normal.inverse();
     // The weights of later rounds are those of outliers; all weights are small if the position is far off.
-    if (round == 0 && !(inverse.trace() < kMostPdop * kMostPdop)) return;  // true for NaN
+    if (round == 0 && !(inverse.trace() < kMaxPdop * kMaxPdop)) return;  // true for NaN
     if (!inverse.allFinite()) break;
     offset = inverse * right;
     for (Sighting& seen : sightings) {

@@ -22,12 +22,12 @@ const orbit::BroadcastSky& sky() {
   return nominal;
 }
 
-std::vector<propagation::SatelliteView> views(std::size_t most) {
+std::vector<propagation::SatelliteView> views(std::size_t maximum) {
   std::vector<propagation::SatelliteView> views;
   const Eigen::Vector3d antenna = kFrame.ecef_from_local({0, 0, 0});
   for (const gnss::SatelliteId id : sky().satellites()) {
     const auto line = orbit::line_of_sight(sky(), id, kTime, antenna);
-    if (!line || line->elevation_rad < geodesy::radians(5) || views.size() == most) continue;
+    if (!line || line->elevation_rad < geodesy::radians(5) || views.size() == maximum) continue;
     propagation::SatelliteView view;
     view.line = *line;
     view.paths.visibility = propagation::Visibility::LOS;

@@ -21,7 +21,7 @@ geodesy::GpsTime at(double seconds) {
 /// The largest number of fixes stored after an epoch, in two hours at 10 Hz, and the age of the last reported
 /// fix.
 struct Kept {
-  std::size_t most = 0;
+  std::size_t maximum = 0;
   double age_s = 0;
 };
 Kept after_two_hours(const std::function<ReceiverEvents(double)>& events_at) {
@@ -33,7 +33,7 @@ Kept after_two_hours(const std::function<ReceiverEvents(double)>& events_at) {
     positioning::Fix fix;
     fix.position_ecef.x() = now_s;
     history.add(at(now_s), fix, events);
-    kept.most = std::max(kept.most, history.size());
+    kept.maximum = std::max(kept.maximum, history.size());
     if (events.fix_edits.empty()) continue;
     const positioning::Fix* found = history.find(events.fix_edits.front());
     kept.age_s = found != nullptr ? now_s - found->position_ecef.x() : -1;
@@ -52,16 +52,16 @@ ReceiverEvents edit_of(double of_s, bool first = false) {
 // 10 Hz: 0.4 s are four epochs, plus the newest as the fifth fix.
 TEST(FixHistory, KeepsOnlyWhatFaultsMayStillReport) {
   const Kept none = after_two_hours([](double) { return ReceiverEvents(); });
-  EXPECT_EQ(none.most, 0U);
+  EXPECT_EQ(none.maximum, 0U);
   const Kept offset = after_two_hours([](double) {
     ReceiverEvents events;
     events.fix_edits.emplace_back();
     return events;
   });
-  EXPECT_EQ(offset.most, 0U);
+  EXPECT_EQ(offset.maximum, 0U);
 
   const Kept stuck = after_two_hours([](double) { return edit_of(0, true); });
-  EXPECT_EQ(stuck.most, 1U);
+  EXPECT_EQ(stuck.maximum, 1U);
   EXPECT_DOUBLE_EQ(stuck.age_s, 7'199.9);
 
   const auto late = [](double now_s) {
@@ -69,17 +69,17 @@ TEST(FixHistory, KeepsOnlyWhatFaultsMayStillReport) {
     events.fixes_from = at(now_s - 0.4);
     return events;
   };
-  EXPECT_EQ(after_two_hours(late).most, 5U);
+  EXPECT_EQ(after_two_hours(late).maximum, 5U);
   EXPECT_NEAR(after_two_hours(late).age_s, 0.4, 1e-9);
 
   // Each fix three times, and a late fault that begins after an hour.
-  EXPECT_EQ(after_two_hours([](double now_s) { return edit_of(now_s - std::fmod(now_s, 0.3)); }).most, 1U);
+  EXPECT_EQ(after_two_hours([](double now_s) { return edit_of(now_s - std::fmod(now_s, 0.3)); }).maximum, 1U);
   const Kept to_come = after_two_hours([](double now_s) {
     ReceiverEvents events = now_s < 3600 ? ReceiverEvents() : edit_of(now_s - 2);
     events.fixes_from = at(std::max(now_s, 3600.0) - 2);
     return events;
   });
-  EXPECT_EQ(to_come.most, 21U);
+  EXPECT_EQ(to_come.maximum, 21U);
   EXPECT_NEAR(to_come.age_s, 2, 1e-9);
 
   // A stuck one and a late one together.
@@ -89,7 +89,7 @@ TEST(FixHistory, KeepsOnlyWhatFaultsMayStillReport) {
     events.fixes_from = at(now_s - 0.4);
     return events;
   });
-  EXPECT_EQ(both.most, 6U);
+  EXPECT_EQ(both.maximum, 6U);
   EXPECT_NEAR(both.age_s, 7'199.9 - 10.1, 1e-9) << "the first at or after 10.05 s";
 }
 

@@ -52,7 +52,7 @@ struct SignalObservation {
   /// fix corrects an absent term); 0 without measurement.
   double pseudorange_error_m = 0;
   /// Each term of the pseudorange, in the order of range_terms(); 0 without measurement.
-  std::array<double, kMostRangeTerms> terms_m{};
+  std::array<double, kMaxRangeTerms> terms_m{};
 
   [[nodiscard]] double term_m(RangeTermId id) const { return terms_m[static_cast<std::size_t>(id)]; }
 };

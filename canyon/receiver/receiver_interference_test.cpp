@@ -304,7 +304,7 @@ TEST(ReceiverInterference, ADriveByAJammer) {
   options.signal.lock.reacquisition_s = 2;
   Receiver receiver(options, 1);
   bool lost = false, found_again = false;
-  double most_db = 0, shadow_db = 1e9;
+  double max_db = 0, shadow_db = 1e9;
   for (int t = 0; t <= 160; ++t) {
     const Eigen::Vector3d point(-1500.0 + 20 * t, 0, 0);  // 20 m/s eastwards
     const Eigen::Vector3d antenna = kFrame.ecef_from_local(point);
@@ -327,13 +327,13 @@ TEST(ReceiverInterference, ADriveByAJammer) {
       EXPECT_LT(loss_db, free_db - 10) << point.x();
     } else if (crossing_m < 40 || crossing_m > 160) {
       EXPECT_NEAR(loss_db, free_db, 0.5) << point.x();
-      most_db = std::max(most_db, loss_db);
+      max_db = std::max(max_db, loss_db);
     }
     if (loss_db > 31) lost = true;
     if (lost && seen.lock == tracking::LockState::Tracking && point.x() > 300) found_again = true;
     EXPECT_FALSE(loss_db > 31 && seen.lock == tracking::LockState::Tracking) << point.x();
   }
-  std::printf("most loss in sight %.1f dB, least behind the house %.1f dB\n", most_db, shadow_db);
+  std::printf("most loss in sight %.1f dB, least behind the house %.1f dB\n", max_db, shadow_db);
   EXPECT_TRUE(lost);
   EXPECT_TRUE(found_again);
 }

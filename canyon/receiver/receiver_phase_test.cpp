@@ -100,7 +100,7 @@ TEST(ReceiverPhase, PhaseFollowsTheTrackedPath) {
   }
   Receiver composite(options, 1), bare(options, 1);
   const double direct = *observe_one(bare, 0, clear).measurement->carrier_phase_cycles;
-  double most = -1, least = 1;
+  double maximum = -1, least = 1;
   for (int i = 0; i < 400; ++i) {
     const double excess = 1 + kWavelength_m * i / 100;  // far below a chip: R is 1 within a percent
     const SatelliteObservation seen =
@@ -108,11 +108,11 @@ TEST(ReceiverPhase, PhaseFollowsTheTrackedPath) {
           return {direct_path(line), mirror_path({0, -1, 0}, excess, 0.5)};
         });
     const double off = *seen.measurement->carrier_phase_cycles - direct;
-    most = std::max(most, off - std::round(off));
+    maximum = std::max(maximum, off - std::round(off));
     least = std::min(least, off - std::round(off));
     EXPECT_EQ(*seen.measurement->phase_since, kTime);
   }
-  EXPECT_NEAR(most, std::asin(0.5) / (2 * kPi), 1e-3);
+  EXPECT_NEAR(maximum, std::asin(0.5) / (2 * kPi), 1e-3);
   EXPECT_NEAR(least, -std::asin(0.5) / (2 * kPi), 1e-3);
 }
 

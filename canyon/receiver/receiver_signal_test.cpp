@@ -171,7 +171,7 @@ TEST(ReceiverSignal, OneReflectionFollowsTheMultipathEnvelope) {
   ReceiverOptions options = plain();
   options.signal.dll.spacing_chips = kSpacing;
   for (const double x : {0.05, 0.2, 0.5, 0.8, 1.1, 1.4}) {
-    double most = -1e9, least = 1e9;
+    double maximum = -1e9, least = 1e9;
     constexpr int kPhases = 720;
     for (int i = 0; i < kPhases; ++i) {
       const double excess = x * kChip_m + kWavelength_m * i / kPhases;
@@ -183,13 +183,13 @@ TEST(ReceiverSignal, OneReflectionFollowsTheMultipathEnvelope) {
       ASSERT_TRUE(seen.measurement);
       EXPECT_EQ(seen.visibility, Visibility::LOSMultipath);
       EXPECT_EQ(seen.excess_m, seen.pseudorange_error_m);
-      most = std::max(most, seen.excess_m);
+      maximum = std::max(maximum, seen.excess_m);
       least = std::min(least, seen.excess_m);
     }
     // Metal reflects 0.9999 of a wave, a wavelength is 7e-4 chips, and phases are half a degree apart.
-    EXPECT_NEAR(most, envelope(kAlpha, x) * kChip_m, 0.15) << x;
+    EXPECT_NEAR(maximum, envelope(kAlpha, x) * kChip_m, 0.15) << x;
     EXPECT_NEAR(least, envelope(-kAlpha, x) * kChip_m, 0.15) << x;
-    std::printf("detour %.2f chips: error %.2f to %.2f m, envelope %.2f to %.2f m\n", x, least, most,
+    std::printf("detour %.2f chips: error %.2f to %.2f m, envelope %.2f to %.2f m\n", x, least, maximum,
                 envelope(-kAlpha, x) * kChip_m, envelope(kAlpha, x) * kChip_m);
   }
 }

@@ -152,7 +152,7 @@ TEST(ReceiverSpoofing, CaptureTakesOneToFourDecibelsAndAFrequencyWithinReach) {
   struct Row {
     double rate_mps, advantage_db;
     SpoofingOptions::Carrier carrier;
-    double least, most;  // of the channels
+    double least, maximum;  // of the channels
   };
   using Carrier = SpoofingOptions::Carrier;
   // A carrier that jumps by 20 m/s, 105 Hz, is out of reach of an FLL of 20 ms.
@@ -178,7 +178,7 @@ TEST(ReceiverSpoofing, CaptureTakesOneToFourDecibelsAndAFrequencyWithinReach) {
     std::printf("%+.0f dB, %.0f m/s, carrier %s: %d of %d channels captured\n", row.advantage_db,
                 row.rate_mps, row.carrier == Carrier::Held ? "held" : "follows", captured, all);
     EXPECT_GE(fraction, row.least);
-    EXPECT_LE(fraction, row.most);
+    EXPECT_LE(fraction, row.maximum);
   }
 }
 

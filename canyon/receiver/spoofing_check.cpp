@@ -37,10 +37,10 @@ bool SpoofingCheck::gain_without_loss(const ReceiverEpoch& epoch) {
 }
 
 bool SpoofingCheck::jumped(const ReceiverEpoch& epoch) const {
-  constexpr double kLongest_s = 5;
+  constexpr double kMax_s = 5;
   const positioning::Fix& now = epoch.fix;
   const double elapsed_s = epoch.time - fix_time_;
-  if (!fix_ || elapsed_s > kLongest_s) return false;
+  if (!fix_ || elapsed_s > kMax_s) return false;
   if (now.velocity_enu_mps) {
     const Eigen::Vector3d velocity =
         geodesy::enu_from_ecef_rotation(now.position).transpose() * *now.velocity_enu_mps;

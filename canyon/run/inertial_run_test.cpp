@@ -110,7 +110,7 @@ struct Drift {
 };
 
 /// Integrates the samples of an error-free sensor over a trajectory, and compares at its end.
-Drift drift_of(const Trajectory& trajectory, double most_s, double rate_hz = 200) {
+Drift drift_of(const Trajectory& trajectory, double max_s, double rate_hz = 200) {
   inertial::ImuOptions options;
   options.profile = inertial::ImuProfile::Ideal;
   options.rate_hz = rate_hz;
@@ -121,7 +121,7 @@ Drift drift_of(const Trajectory& trajectory, double most_s, double rate_hz = 200
       options, [&](double t) { return body_state(trajectory.at(trajectory.begin() + t)); }, 0.0025);
   Mechanisation mechanisation(first.at(0));
   Drift drift;
-  const GpsTime end = std::min(trajectory.end(), trajectory.begin() + most_s);
+  const GpsTime end = std::min(trajectory.end(), trajectory.begin() + max_s);
   while (const auto sample = run.next(end)) {
     mechanisation.add(sample->mean, 1 / rate_hz);
     const Geodetic position = geodesy::geodetic_from_ecef(sample->truth.sensor.position_m);

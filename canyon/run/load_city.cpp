@@ -108,8 +108,8 @@ class GeographicBounds {
         Eigen::Vector2d(geodesy::degrees(position.longitude_rad), geodesy::degrees(position.latitude_rad)));
   }
   [[nodiscard]] std::optional<std::array<double, 4>> widened(double margin_m) const {
-    constexpr double kMostDegrees = 2;  // a longer trajectory needs a box
-    if (box_.isEmpty() || box_.sizes().maxCoeff() > kMostDegrees) return std::nullopt;
+    constexpr double kMaxDegrees = 2;  // a longer trajectory needs a box
+    if (box_.isEmpty() || box_.sizes().maxCoeff() > kMaxDegrees) return std::nullopt;
     const double north = margin_m / geodesy::kSemiMajorAxis * geodesy::kDegreesPerRadian;
     const double east = north / std::max(0.01, std::cos(geodesy::radians(box_.center().y())));
     const Eigen::Vector2d low = box_.min() - Eigen::Vector2d(east, north);

@@ -18,13 +18,13 @@
 
 namespace canyon::simulation {
 
-inline constexpr int kMostThreads = 4096;
+inline constexpr int kMaxThreads = 4096;
 
-/// Throws InputError unless `threads` is 0 (as many as cores) to kMostThreads.
+/// Throws InputError unless `threads` is 0 (as many as cores) to kMaxThreads.
 inline void check_threads(int threads) {
-  if (threads >= 0 && threads <= kMostThreads) return;
+  if (threads >= 0 && threads <= kMaxThreads) return;
   throw InputError(fmt::format("{} threads are out of range", threads),
-                   fmt::format("give 0 (as many as cores) to {}", kMostThreads));
+                   fmt::format("give 0 (as many as cores) to {}", kMaxThreads));
 }
 
 /// `threads`, at most as many as cores; 0: as many as cores. Throws InputError if out of range.

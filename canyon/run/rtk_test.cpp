@@ -70,7 +70,7 @@ TEST(Differential, StatesWhatCorrectionsLeave) {
                     kBase,
                 180));
   // 12 to 25 with the range errors included. The base's pseudoranges count as 0.3 m, here they are better.
-  constexpr double kLargest = 6;
+  constexpr double kMax = 6;
   for (std::size_t r = 0; r < 4; ++r) {
     double errors = 0, reported = 0;
     for (const Epoch& epoch : epochs.at(r)) {
@@ -82,7 +82,7 @@ TEST(Differential, StatesWhatCorrectionsLeave) {
     const double over = std::sqrt(reported / errors);
     if (r < 3) {
       EXPECT_GT(over, 0.7) << r;
-      EXPECT_LT(over, kLargest) << r;
+      EXPECT_LT(over, kMax) << r;
     } else {
       // Range errors remain in a single fix.
       EXPECT_GT(std::sqrt(reported / static_cast<double>(epochs.at(r).size())), 0.7);

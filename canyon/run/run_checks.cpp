@@ -245,17 +245,17 @@ std::vector<std::string> check_slopes(const RunView& run) {
         return dead_reckoning.enabled && dead_reckoning.non_holonomic;
       });
   if (!along) return {};
-  double most_mps = 0;
+  double max_mps = 0;
   const std::size_t step = std::max<std::size_t>(1, plan.epochs() / 2000);
   for (std::size_t k = 0; k < plan.epochs(); k += step) {
     const Pose pose = vehicle_pose(scenario, plan.trajectory, run.environment, plan.at(k));
-    most_mps = std::max(most_mps, std::abs(pose.velocity_enu_mps.dot(pose.up_enu())));
+    max_mps = std::max(max_mps, std::abs(pose.velocity_enu_mps.dot(pose.up_enu())));
   }
-  if (most_mps < 0.2) return {};
+  if (max_mps < 0.2) return {};
   return {
       fmt::format("dead_reckoning: the vehicle moves along its up axis by up to {:.1f} m/s; set "
                   "trajectory.attitude: car, or dead_reckoning: {{non_holonomic: false}} if it flies",
-                  most_mps)};
+                  max_mps)};
 }
 
 std::vector<std::string> containment_warnings(const Scenario& scenario,

@@ -175,11 +175,11 @@ std::vector<std::string> smooth_motion(Scenario& scenario, RunPlan& plan, const 
                          "give trajectory.acceleration_mps2, e.g. 2");
   }
   const Trajectory smooth = plan.trajectory.smoothed(vehicle);
-  double most_m = 0;
+  double max_m = 0;
   const std::size_t step = std::max<std::size_t>(1, plan.epochs() / 2000);
   for (std::size_t k = 0; k < plan.epochs(); k += step) {
     const auto at = [&](const Pose& pose) { return geodesy::ecef_from_geodetic(pose.position); };
-    most_m = std::max(most_m, (at(smooth.at(plan.at(k))) - at(vehicle(plan.at(k)))).norm());
+    max_m = std::max(max_m, (at(smooth.at(plan.at(k))) - at(vehicle(plan.at(k)))).norm());
   }
   const std::string between = config.file ? fmt::format("interpolated between positions {:.3g} s apart and ",
                                                         smooth.sample_interval_s())
@@ -187,7 +187,7 @@ std::vector<std::string> smooth_motion(Scenario& scenario, RunPlan& plan, const 
   plan.trajectory = smooth;
   clamped.reset();
   return {fmt::format("sensors: the trajectory is {}smoothed over about a second: shifted by up to {:.2f} m",
-                      between, most_m)};
+                      between, max_m)};
 }
 
 std::shared_ptr<const disturbance::Road> road_of(const Scenario& scenario, const Trajectory& trajectory,

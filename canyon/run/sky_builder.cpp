@@ -28,11 +28,11 @@ std::string span_text(GpsTime begin, GpsTime end) {
 }
 
 std::string list_text(const std::vector<gnss::SatelliteId>& ids) {
-  constexpr std::size_t kMost = 8;
+  constexpr std::size_t kMax = 8;
   std::string text;
-  for (std::size_t i = 0; i < std::min(ids.size(), kMost); ++i)
+  for (std::size_t i = 0; i < std::min(ids.size(), kMax); ++i)
     text += fmt::format("{}{}", i == 0 ? "" : " ", to_string(ids[i]));
-  if (ids.size() > kMost) text += fmt::format(" and {} more", ids.size() - kMost);
+  if (ids.size() > kMax) text += fmt::format(" and {} more", ids.size() - kMax);
   return text;
 }
 

@@ -157,9 +157,9 @@ RetracedAntenna::Epoch RetracedAntenna::next(GpsTime time, const Vector3d& anten
   if (!keeps_paths_) return {time, antenna_enu, nullptr};
   const propagation::PropagationOptions& options = propagator_.options();
   const std::int64_t interval = retrace_interval(options, time);
-  const double most_m2 = options.retrace_distance_m * options.retrace_distance_m;
+  const double max_m2 = options.retrace_distance_m * options.retrace_distance_m;
   const bool first = !paths_ || paths_->interval != interval ||
-                     !((antenna_enu - paths_->antenna_enu).squaredNorm() <= most_m2);
+                     !((antenna_enu - paths_->antenna_enu).squaredNorm() <= max_m2);
   if (first) paths_ = std::make_shared<SharedPaths>(SharedPaths{interval, antenna_enu, {}});
   return {time, antenna_enu, paths_, first};
 }

@@ -27,9 +27,9 @@ constexpr double kLowestLevel_db = -10, kHighestLevel_db = 6;
 // Between installations of one kind; of a measured level (canyon calibrate's intervals are 2 dB to both
 // sides).
 constexpr double kSaidLevelSigma_db = 4, kMeasuredLevelSigma_db = 1;
-constexpr double kMostCoated = 0.7;  // of thermally_efficient buildings
+constexpr double kMaxCoated = 0.7;  // of thermally_efficient buildings
 constexpr double kMapSigma_m = 3;
-constexpr double kMostOfPower_db = 20, kLeastOfPower_db = -10;  // of link.above_minimum_db
+constexpr double kMaxOfPower_db = 20, kMinOfPower_db = -10;  // of link.above_minimum_db
 
 /// A distribution: its text, and its quantile function of a fraction [0, 1).
 struct Distribution {
@@ -70,8 +70,8 @@ std::optional<Distribution> skyline_of(const ReceiverConfig& receiver) {
 std::optional<Distribution> facades_of(const Scenario& scenario) {
   if (!leaves_facades_open(scenario)) return std::nullopt;
   return Distribution{
-      fmt::format("coated glass on 0 to {:g} of buildings, median {:.3g}", kMostCoated, 0.25 * kMostCoated),
-      [](double fraction) { return kMostCoated * fraction * fraction; }};
+      fmt::format("coated glass on 0 to {:g} of buildings, median {:.3g}", kMaxCoated, 0.25 * kMaxCoated),
+      [](double fraction) { return kMaxCoated * fraction * fraction; }};
 }
 
 /// The standard deviation of the map's position, from which a run samples: one value.
@@ -116,7 +116,7 @@ void set(const SampledUnknown& sampled, double value, Scenario& scenario) {
     case Unknown::Level:
       signal.installation_sigma_db = 0;
       signal.link.above_minimum_db =
-          std::clamp(signal.link.above_minimum_db + value, kLeastOfPower_db, kMostOfPower_db);
+          std::clamp(signal.link.above_minimum_db + value, kMinOfPower_db, kMaxOfPower_db);
       return;
     case Unknown::Skyline:
       signal.shadowing.skyline.fraction = value;

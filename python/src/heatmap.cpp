@@ -83,11 +83,11 @@ class Map {
       request_.grid.tile_size = 16;
     heatmap::check_altitudes(request_, city_->city);
     request_.validate();
-    if (heatmap::value_count(request_) > kMostValues) {
+    if (heatmap::value_count(request_) > kMaxValues) {
       throw InputError(
           fmt::format("the map has {:.3g} values", heatmap::value_count(request_)),
           fmt::format("use a larger spacing (at most {:.0g} values in memory), or `canyon heatmap`",
-                      kMostValues));
+                      kMaxValues));
     }
     sky_ = simulation::build_sky(scenario_.sky, request_.times.front(), request_.times.back(),
                                  city_->city.frame.origin());
@@ -202,7 +202,7 @@ class Map {
   }
 
  private:
-  static constexpr double kMostValues = 5e8;
+  static constexpr double kMaxValues = 5e8;
   mutable InputFiles inputs_;
   ScenarioPtr tree_;
   simulation::Scenario scenario_;

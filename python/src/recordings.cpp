@@ -16,7 +16,7 @@
 namespace canyon::python {
 namespace {
 
-constexpr std::size_t kFewestEpochs = 20;
+constexpr std::size_t kMinEpochs = 20;
 
 py::object from_json(const std::string& text) {
   return py::module_::import("json").attr("loads")(text);
@@ -130,9 +130,9 @@ class Recorded {
       return static_cast<std::size_t>(std::lround(fraction * static_cast<double>(epochs())));
     };
     const std::size_t count = at(to) - at(from);
-    if (count < kFewestEpochs) {
+    if (count < kMinEpochs) {
       throw InputError(fmt::format("the part has {} epochs of {}", count, epochs()),
-                       fmt::format("give at least {}", kFewestEpochs));
+                       fmt::format("give at least {}", kMinEpochs));
     }
     return {at(from), count};
   }

@@ -113,9 +113,9 @@ std::unique_ptr<Stream<EpochPtr>> stream(const SimulationPtr& simulation, int th
   simulation::RunOptions options;
   options.threads = threads;
   options.block = 64;  // the first epoch must not wait for many others
-  constexpr std::size_t kMostWaiting = 256;
+  constexpr std::size_t kMaxWaiting = 256;
   return std::make_unique<Stream<EpochPtr>>(
-      simulation, options, kMostWaiting, [&](Stream<EpochPtr>::Push push) {
+      simulation, options, kMaxWaiting, [&](Stream<EpochPtr>::Push push) {
         return std::make_unique<EachEpoch>(
             [simulation, with_paths, push = std::move(push)](const simulation::Epoch& epoch) {
               push(KeptEpoch::copy(epoch, with_paths, simulation));

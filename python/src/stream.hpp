@@ -24,11 +24,11 @@ class Stream {
   using Push = std::function<void(Item)>;
   using MakeSink = std::function<std::unique_ptr<simulation::EpochSink>(Push)>;
 
-  /// @param most_waiting maximum queued items
+  /// @param max_queued maximum queued items
   Stream(std::shared_ptr<simulation::Simulation> simulation, const simulation::RunOptions& options,
-         std::size_t most_waiting, const MakeSink& make_sink)
+         std::size_t max_queued, const MakeSink& make_sink)
       : simulation_(std::move(simulation)),
-        most_waiting_(most_waiting),
+        max_queued_(max_queued),
         sink_(make_sink([this](Item item) { push(std::move(item)); })),
         worker_([this, options] { work(options); }) {}
   ~Stream() {
@@ -78,7 +78,7 @@ class Stream {
  private:
   void push(Item item) {
     std::unique_lock lock(mutex_);
-    taken_.wait(lock, [&] { return queue_.size() < most_waiting_ || stop_; });
+    taken_.wait(lock, [&] { return queue_.size() < max_queued_ || stop_; });
     if (stop_) return;
     queue_.push_back(std::move(item));
     filled_.notify_one();
@@ -97,7 +97,7 @@ class Stream {
   }
 
   std::shared_ptr<simulation::Simulation> simulation_;
-  std::size_t most_waiting_;
+  std::size_t max_queued_;
   std::mutex mutex_;
   std::condition_variable filled_, taken_;
   std::deque<Item> queue_;

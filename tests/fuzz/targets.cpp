@@ -237,7 +237,7 @@ void read_packed(const fs::path& path) {
   std::string block(std::size_t{1} << 16, '\0');
   std::size_t size = 0;
   while (const std::size_t n = file.read(block.data(), block.size(), 1)) size += n;
-  if (size > kLargestUnpacked) std::abort();
+  if (size > kMaxUnpacked) std::abort();
 }
 
 /// The same text, packed by gzip, bzip2, compress and zip.
@@ -292,7 +292,7 @@ void read_tileset(const fs::path& path) {
   (void)tiles::is_tileset(path);
   tiles::TileOptions options;
   options.file = path;
-  options.most_tiles = 20;
+  options.max_tiles = 20;
   (void)tiles::read_tiles(options, geodesy::Geodetic::from_degrees(48.2, 11.5, 560));
 }
 

@@ -32,11 +32,11 @@ class LocalConnection {
   LocalConnection(LocalConnection&& other) noexcept : socket_(std::exchange(other.socket_, -1)) {}
   LocalConnection& operator=(LocalConnection&&) = delete;
   /// Reads at least one byte; empty at the end of the stream or after 20 s.
-  std::string read_some(std::size_t most = 65536) {
+  std::string read_some(std::size_t maximum = 65536) {
     pollfd wait{socket_, POLLIN, 0};
     if (poll(&wait, 1, 20'000) != 1) return {};
     std::array<char, 65536> buffer;
-    const ssize_t n = recv(socket_, buffer.data(), std::min(most, buffer.size()), 0);
+    const ssize_t n = recv(socket_, buffer.data(), std::min(maximum, buffer.size()), 0);
     return n > 0 ? std::string(buffer.data(), static_cast<std::size_t>(n)) : std::string();
   }
   std::string read(std::size_t bytes) {

@@ -25,7 +25,7 @@ class RtcmParts {
 };
 
 inline std::string RtcmParts::receive(const GpsRtcmData& data) {
-  constexpr std::size_t kPart = std::tuple_size_v<decltype(GpsRtcmData::data)>, kMostParts = 4;
+  constexpr std::size_t kPart = std::tuple_size_v<decltype(GpsRtcmData::data)>, kMaxParts = 4;
   const std::size_t length = std::min<std::size_t>(data.length, kPart);
   const std::string bytes(data.data.begin(), data.data.begin() + static_cast<std::ptrdiff_t>(length));
   if ((data.flags & 1U) == 0) return bytes;
@@ -35,7 +35,7 @@ inline std::string RtcmParts::receive(const GpsRtcmData& data) {
   }
   const std::size_t part = data.flags >> 1U & 3U;
   parts_[part] = bytes;
-  if (length < kPart || part + 1 == kMostParts) count_ = part + 1;
+  if (length < kPart || part + 1 == kMaxParts) count_ = part + 1;
   if (!count_) return {};
   std::string message;
   for (std::size_t i = 0; i < *count_; ++i) {

@@ -70,8 +70,8 @@ struct TileScene {
         std::vector<heatmap::CellVisibility>(cells.tile.cells(), heatmap::CellVisibility::Blocked));
     signals.excess_m.assign(signals.satellites.size(), std::vector<float>(cells.tile.cells(), 0));
   }
-  /// Fractions in line of sight, and with only a reflection (excess up to most_m).
-  void receive(double los, double nlos, double most_m, std::uint64_t seed) {
+  /// Fractions in line of sight, and with only a reflection (excess up to max_m).
+  void receive(double los, double nlos, double max_m, std::uint64_t seed) {
     RandomStream random(seed, "signals");
     for (std::size_t k = 0; k < signals.satellites.size(); ++k) {
       for (std::size_t i = 0; i < cells.tile.cells(); ++i) {
@@ -80,7 +80,7 @@ struct TileScene {
                                    : x < los + nlos ? heatmap::CellVisibility::NLOS
                                                     : heatmap::CellVisibility::Blocked;
         const bool only_reflected = signals.visibility[k][i] == heatmap::CellVisibility::NLOS;
-        signals.excess_m[k][i] = only_reflected ? static_cast<float>(most_m * random.uniform()) : 0;
+        signals.excess_m[k][i] = only_reflected ? static_cast<float>(max_m * random.uniform()) : 0;
       }
     }
   }

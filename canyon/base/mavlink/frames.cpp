@@ -45,9 +45,8 @@ std::uint64_t bits_of(const WireField& field, double value) {
   if (field.type == Wire::F32) {
     const double count = std::isnan(value) && field.unknown ? *field.unknown : value / field.unit;
     // A double beyond float's range has no defined conversion to float.
-    constexpr double kLargest = std::numeric_limits<float>::max();
-    const auto narrow =
-        static_cast<float>(std::isfinite(count) ? std::clamp(count, -kLargest, kLargest) : count);
+    constexpr double kMax = std::numeric_limits<float>::max();
+    const auto narrow = static_cast<float>(std::isfinite(count) ? std::clamp(count, -kMax, kMax) : count);
     return same_bytes<std::uint32_t>(narrow);
   }
   const Limits range = limits(field.type);
@@ -188,7 +187,7 @@ Message message_of(std::size_t index, std::string_view payload) {
   return message;
 }
 
-constexpr std::size_t kPart = std::tuple_size_v<decltype(GpsRtcmData::data)>, kMostParts = 4;
+constexpr std::size_t kPart = std::tuple_size_v<decltype(GpsRtcmData::data)>, kMaxParts = 4;
 
 }  // namespace
 
@@ -276,7 +275,7 @@ void MavlinkParser::receive(std::string_view bytes, const std::function<void(con
 }
 
 std::vector<GpsRtcmData> rtcm_data(std::string_view message, std::uint8_t number) {
-  const bool divided = message.size() > kPart && message.size() <= kMostParts * kPart;
+  const bool divided = message.size() > kPart && message.size() <= kMaxParts * kPart;
   std::vector<GpsRtcmData> parts;
   const auto add = [&](std::string_view bytes) {
     GpsRtcmData& part = parts.emplace_back();
@@ -286,7 +285,7 @@ std::vector<GpsRtcmData> rtcm_data(std::string_view message, std::uint8_t number
   };
   for (std::size_t at = 0; at < message.size(); at += kPart) add(message.substr(at, kPart));
   // The end is marked by a part that is not full, or by the fourth part.
-  if (divided && message.size() % kPart == 0 && parts.size() < kMostParts) add({});
+  if (divided && message.size() % kPart == 0 && parts.size() < kMaxParts) add({});
   return parts;
 }
 

@@ -109,7 +109,7 @@ class ZmqPublisher final : public ByteSink {
     set(ZMQ_XPUB_NODROP, 1);
     set(ZMQ_SNDTIMEO, static_cast<int>(patience.count()));
     set(ZMQ_LINGER, static_cast<int>(patience.count()));
-    set(ZMQ_SNDHWM, kMostMessages);
+    set(ZMQ_SNDHWM, kMaxMessages);
     if (zmq_bind(socket_, fmt::format("tcp://{}:{}", at.host, at.port).c_str()) != 0) {
       const std::string reason = zmq_strerror(zmq_errno());
       close();
@@ -137,7 +137,7 @@ class ZmqPublisher final : public ByteSink {
   void finish() override { close(); }
 
  private:
-  static constexpr int kMostMessages = 100;  ///< of a millisecond of samples each
+  static constexpr int kMaxMessages = 100;  ///< of a millisecond of samples each
 
   void set(int option, int value) {
     if (socket_ != nullptr) (void)zmq_setsockopt(socket_, option, &value, sizeof value);

@@ -46,11 +46,11 @@ bool flush(Device& device, std::string& backlog) {
   return !error || would_block(error);
 }
 
-/// Stores the received bytes, up to kMostReceived.
+/// Stores the received bytes, up to kMaxReceived.
 class Inbox {
  public:
   void add(std::uint64_t reader, std::string_view bytes) {
-    if (size_ + bytes.size() > kMostReceived) return;
+    if (size_ + bytes.size() > kMaxReceived) return;
     size_ += bytes.size();
     if (!whole_ && !received_.empty() && received_.back().reader == reader)
       received_.back().bytes += bytes;
@@ -142,7 +142,7 @@ class TcpClient final : public BufferedTransport {
 
  private:
   enum class State { Away, Connecting, Connected };
-  static constexpr auto kLongestConnect = std::chrono::seconds(10);
+  static constexpr auto kMaxConnect = std::chrono::seconds(10);
 
   void connect();
   void see_whether_connected();
@@ -199,7 +199,7 @@ class TcpServer final : public BufferedTransport {
   /// Listens. Throws InputError for a port outside 1 to 65535, a host that is not an address of this machine,
   /// and if the system refuses the port (in use, reserved).
   /// @param most maximum number of clients @param http clients use HTTP
-  explicit TcpServer(int port, const std::string& host = "127.0.0.1", std::size_t most = kMaxClients,
+  explicit TcpServer(int port, const std::string& host = "127.0.0.1", std::size_t maximum = kMaxClients,
                      bool http = false);
 
   void begin(std::string_view bytes) override { first_ = bytes; }
@@ -236,7 +236,7 @@ class TcpServer final : public BufferedTransport {
 
   asio::io_context io_;
   asio::ip::tcp::acceptor acceptor_;
-  std::size_t most_;
+  std::size_t max_;
   bool http_;
   std::vector<Client> clients_;
   std::uint64_t accepted_ = 0;

@@ -61,17 +61,17 @@ class Link {
   bool serving_ = false;
 };
 
-/// Keeps a value for each sender (Received::reader), at most kMost; then the least recently used one is
+/// Keeps a value for each sender (Received::reader), at most kMax; then the least recently used one is
 /// removed.
 template <typename Kept>
 class Readers {
  public:
-  static constexpr std::size_t kMost = 64;
+  static constexpr std::size_t kMax = 64;
 
   /// @param fresh arguments of a new reader's value
   template <typename... Fresh>
   [[nodiscard]] Kept& of(std::uint64_t reader, Fresh&&... fresh) {
-    if (kept_.count(reader) == 0 && kept_.size() >= kMost) {
+    if (kept_.count(reader) == 0 && kept_.size() >= kMax) {
       const auto first = std::min_element(requested_.begin(), requested_.end(),
                                           [](const auto& a, const auto& b) { return a.second < b.second; });
       kept_.erase(first->first);

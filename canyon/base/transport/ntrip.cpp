@@ -27,13 +27,13 @@ NtripAddress ntrip_address(std::string_view address) {
   const bool secret = at != std::string_view::npos && slash < at;  // a password may have one
   if (slash >= begin && !secret) parts.mount = address.substr(slash + 1);
   if (parts.mount.empty()) throw InputError(fmt::format("'{}' has no mount point", address), form);
-  constexpr std::size_t kLongest = 100;
-  if (parts.mount.size() > kLongest || !std::all_of(parts.mount.begin(), parts.mount.end(), [](char c) {
+  constexpr std::size_t kMax = 100;
+  if (parts.mount.size() > kMax || !std::all_of(parts.mount.begin(), parts.mount.end(), [](char c) {
         return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
                std::string_view("._-+").find(c) != std::string_view::npos;
       })) {
     throw InputError(fmt::format("'{}' is not a mount point", parts.mount),
-                     fmt::format("{}; MOUNT has up to {} letters, digits, and . _ - +", form, kLongest));
+                     fmt::format("{}; MOUNT has up to {} letters, digits, and . _ - +", form, kMax));
   }
   if (at != std::string_view::npos) {
     const std::string_view who = address.substr(begin, at - begin);
@@ -65,7 +65,7 @@ struct NtripClient::Impl {
   using Clock = TcpClient::Clock;
   enum class Phase { Over, Head, Raw, Http, Table };
   static constexpr std::size_t kMaxResponseBytes = std::size_t{16} * 1024;
-  static constexpr std::size_t kLongestLine = 4096, kMostMounts = 1000;
+  static constexpr std::size_t kMaxLine = 4096, kMaxMounts = 1000;
 
   Impl(std::string_view address, const Options& o)
       : to(ntrip_address(address)),
@@ -100,7 +100,7 @@ struct NtripClient::Impl {
     if (tcp.connections() != connections) {
       phase = Phase::Head;
       answer.clear();
-      lines = LineCutter(kLongestLine);
+      lines = LineCutter(kMaxLine);
       last_byte = Clock::now();
     }
     for (const Received& piece : tcp.take_received()) take(piece.bytes);
@@ -242,7 +242,7 @@ struct NtripClient::Impl {
       if (!line) return;
       const auto fields = split(trim(*line), ';');
       if (fields.front() == "ENDSOURCETABLE") complete = true;
-      if (fields.front() == "STR" && fields.size() > 1 && table.size() < kMostMounts) {
+      if (fields.front() == "STR" && fields.size() > 1 && table.size() < kMaxMounts) {
         has_mount = has_mount || fields[1] == to.mount;
         table.emplace_back(printable(fields[1]));
       }
@@ -325,7 +325,7 @@ struct NtripClient::Impl {
   Phase phase = Phase::Over;
   std::string answer;  ///< received and not parsed yet
   std::optional<http::response_parser<http::buffer_body>> parser;
-  LineCutter lines{kLongestLine};
+  LineCutter lines{kMaxLine};
   std::vector<std::string> table;
   std::string gga;
   Clock::time_point last_byte;

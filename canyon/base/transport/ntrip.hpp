@@ -10,7 +10,7 @@ namespace canyon::transport {
 /// It requests revision 2, and revision 1 if the caster does not support 2. It reconnects after a loss, with
 /// pauses that double.
 ///
-/// It keeps at most kMostReceived bytes of a stream, 16 KiB of a response and 1,000 mount points.
+/// It keeps at most kMaxReceived bytes of a stream, 16 KiB of a response and 1,000 mount points.
 class NtripClient final : public Transport {
  public:
   enum class State {

@@ -25,7 +25,7 @@ struct Mount {
 /// A caster with the mount points of all addresses of its host and port. Several threads may use it.
 class NtripCaster {
  public:
-  explicit NtripCaster(const HostPort& at) : at_(at), server_(at.port, at.host, kMostVisitors, true) {}
+  explicit NtripCaster(const HostPort& at) : at_(at), server_(at.port, at.host, kMaxVisitors, true) {}
 
   /// The caster at this host and port; it listens as long as it is used.
   static std::shared_ptr<NtripCaster> at(const HostPort& at) {
@@ -83,7 +83,7 @@ class NtripCaster {
       if (visitor != visitors_.end()) take(received.reader, visitor->second, received.bytes);
     }
     for (auto& [reader, visitor] : visitors_)
-      if (visitor.mount == nullptr && !visitor.over && Clock::now() - visitor.since > kLongestRequest)
+      if (visitor.mount == nullptr && !visitor.over && Clock::now() - visitor.since > kMaxRequest)
         dismiss(reader, visitor, "");
   }
 
@@ -109,9 +109,9 @@ class NtripCaster {
 
  private:
   using Clock = std::chrono::steady_clock;
-  static constexpr std::size_t kMostVisitors = 100;
-  static constexpr std::size_t kLongestHead = 8192;
-  static constexpr auto kLongestRequest = std::chrono::seconds(10);
+  static constexpr std::size_t kMaxVisitors = 100;
+  static constexpr std::size_t kMaxHead = 8192;
+  static constexpr auto kMaxRequest = std::chrono::seconds(10);
 
   struct Visitor {
     Clock::time_point since = Clock::now();
@@ -135,7 +135,7 @@ class NtripCaster {
 
   void take(std::uint64_t reader, Visitor& visitor, std::string_view bytes) {
     // A client that fills half of the common inbox would block the others' requests.
-    if (bytes.size() > kMostReceived / 2) dismiss(reader, visitor, "");
+    if (bytes.size() > kMaxReceived / 2) dismiss(reader, visitor, "");
     if (visitor.over) return;
     if (visitor.mount != nullptr) {
       visitor.mount->received.add(reader, bytes);
@@ -143,9 +143,9 @@ class NtripCaster {
     }
     visitor.head += bytes;
     const auto head = http_head(visitor.head);
-    if (!head && visitor.head.size() <= kLongestHead) return;
+    if (!head && visitor.head.size() <= kMaxHead) return;
     http::request_parser<http::empty_body> parser;
-    parser.header_limit(kLongestHead);
+    parser.header_limit(kMaxHead);
     error_code error;
     if (head) parser.put(asio::buffer(head->first), error);
     if (error || !parser.is_header_done() || parser.get().method() != http::verb::get) {

@@ -549,8 +549,8 @@ TEST(NtripClient, KeepsLittleOfAHostileStreamAndTable) {
   EXPECT_EQ(client.status().state, State::Streaming);
   const auto kept = client.take_received();
   ASSERT_EQ(kept.size(), 1U);
-  EXPECT_LE(kept.front().bytes.size(), kMostReceived);
-  EXPECT_GT(kept.front().bytes.size(), kMostReceived / 2);
+  EXPECT_LE(kept.front().bytes.size(), kMaxReceived);
+  EXPECT_GT(kept.front().bytes.size(), kMaxReceived / 2);
 
   ScriptedCaster other;
   NtripClient requester = client_of(other);

@@ -39,7 +39,7 @@ TEST(LineCutter, ADatagramEndsItsLine) {
 
 TEST(Readers, ForgetTheOneThatNobodyAskedForForLongest) {
   Readers<std::string> readers;
-  for (std::uint64_t reader = 1; reader <= Readers<std::string>::kMost; ++reader) readers.of(reader) += "x";
+  for (std::uint64_t reader = 1; reader <= Readers<std::string>::kMax; ++reader) readers.of(reader) += "x";
   EXPECT_EQ(readers.of(1), "x");
   readers.of(1000) = "new";
   ASSERT_NE(readers.find(1), nullptr);

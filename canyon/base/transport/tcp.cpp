@@ -65,16 +65,16 @@ void set_up(tcp::socket& socket) {
 
 /// Whether a connection that begins so uses HTTP, "GET ", "OPTIONS "; empty: needs more bytes.
 std::optional<bool> is_http(std::string_view first) {
-  constexpr std::size_t kLongestMethod = 16;
+  constexpr std::size_t kMaxMethod = 16;
   const std::size_t method = first.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ");
-  if (method == std::string_view::npos && first.size() <= kLongestMethod) return std::nullopt;
+  if (method == std::string_view::npos && first.size() <= kMaxMethod) return std::nullopt;
   return method != 0 && method != std::string_view::npos && first[method] == ' ';
 }
 
 }  // namespace
 
-TcpServer::TcpServer(int port, const std::string& host, std::size_t most, bool http)
-    : acceptor_(listen_on(io_, {host, port})), most_(most), http_(http) {
+TcpServer::TcpServer(int port, const std::string& host, std::size_t maximum, bool http)
+    : acceptor_(listen_on(io_, {host, port})), max_(maximum), http_(http) {
   if (!listening_address({host, port}).is_loopback())
     notes_.push_back(fmt::format("port {} is open to other machines", port));
 }
@@ -124,7 +124,7 @@ bool TcpServer::make_room() {
   }
   if (!std::exchange(full_, true))
     notes_.push_back(
-        fmt::format("more than {} clients: idle ones are replaced, the others are rejected", most_));
+        fmt::format("more than {} clients: idle ones are replaced, the others are rejected", max_));
   if (idle == clients_.end()) return false;
   clients_.erase(idle);
   return true;
@@ -132,12 +132,12 @@ bool TcpServer::make_room() {
 
 void TcpServer::accept_clients() {
   // Bounded, so that a client that connects in a loop cannot block the caller.
-  for (std::size_t i = 0; i < most_; ++i) {
+  for (std::size_t i = 0; i < max_; ++i) {
     tcp::socket socket(io_);
     error_code error;
     acceptor_.accept(socket, error);
     if (error) return;
-    if (clients_.size() == most_ && !make_room()) continue;
+    if (clients_.size() == max_ && !make_room()) continue;
     make_our_own(socket);
     set_up(socket);
     Client client{std::move(socket), ++accepted_, first_};
@@ -237,7 +237,7 @@ void TcpClient::finish(const std::optional<Correction>&) {
 
 void TcpClient::connect() {
   if (Clock::now() < next_try_) return;
-  given_up_ = Clock::now() + kLongestConnect;
+  given_up_ = Clock::now() + kMaxConnect;
   socket_ = tcp::socket(io_, tcp::v4());
   make_our_own(socket_);
   set_up(socket_);

@@ -34,12 +34,12 @@ struct StreamDescription {
   bool wants_position = false;  ///< each reader gets its own stream, for its GGA sentences
 };
 
-inline constexpr std::size_t kLargestDatagram = 1400;  ///< sent bytes; within an Ethernet frame
+inline constexpr std::size_t kMaxDatagram = 1400;  ///< sent bytes; within an Ethernet frame
 /// Bytes kept for a reader that is too slow, in addition to the system's own buffers (about the same size).
 /// Ten seconds of NMEA at 10 Hz.
 inline constexpr std::size_t kMaxBacklog = std::size_t{256} * 1024;
 /// Received bytes kept until take_received(); more are discarded.
-inline constexpr std::size_t kMostReceived = std::size_t{64} * 1024;
+inline constexpr std::size_t kMaxReceived = std::size_t{64} * 1024;
 /// Maximum number of readers of one transport.
 inline constexpr std::size_t kMaxClients = 16;
 
@@ -87,7 +87,7 @@ class Transport {
 ///                                  take_notes(); a client that begins as HTTP does, such as a page of a
 ///                                  browser, is dropped
 ///   tcp-connect://HOST:PORT        a client; reconnects every second if the server is gone
-///   udp://HOST:PORT                datagrams of up to kLargestDatagram bytes that end with a line
+///   udp://HOST:PORT                datagrams of up to kMaxDatagram bytes that end with a line
 ///   udp-listen://HOST:PORT         receives datagrams at a port, and sends to the senders of the last 10 s,
 ///                                  the latest kMaxClients of them; HOST as for tcp://
 ///   pty:, pty:PATH, pty:PATH@BAUD  a pseudo-terminal; take_notes() has its name, and PATH becomes a link to

@@ -487,7 +487,7 @@ TEST(Transport, KeepsNoMoreOfWhatIsSaidThanItPromises) {
   std::size_t kept = 0;
   for (const Received& received : server.take_received()) kept += received.bytes.size();
   EXPECT_GT(kept, 0U);
-  EXPECT_LE(kept, kMostReceived);
+  EXPECT_LE(kept, kMaxReceived);
   EXPECT_LT(kept, reported);
 }
 

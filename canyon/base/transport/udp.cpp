@@ -8,11 +8,11 @@ namespace {
 
 using asio::ip::udp;
 
-/// Sends datagrams of up to kLargestDatagram bytes, split after line ends if one is too small.
+/// Sends datagrams of up to kMaxDatagram bytes, split after line ends if one is too small.
 template <class Send>
 void cut(std::string_view bytes, const Send& send) {
   while (!bytes.empty()) {
-    std::size_t size = std::min(bytes.size(), kLargestDatagram);
+    std::size_t size = std::min(bytes.size(), kMaxDatagram);
     if (size < bytes.size()) {
       const std::size_t line = bytes.rfind('\n', size - 1);
       if (line != std::string_view::npos) size = line + 1;

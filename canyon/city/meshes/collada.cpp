@@ -23,7 +23,7 @@ using XmlElement = tinyxml2::XMLElement;
 
 constexpr int kDeepestColladaNode = 100;
 /// Limit of characters read, a geometry's once per instance; elements and nodes count as some characters.
-constexpr std::size_t kMostColladaWork = kLargestMesh, kElementWork = 20, kNodeWork = 2000;
+constexpr std::size_t kMaxColladaWork = kMaxMesh, kElementWork = 20, kNodeWork = 2000;
 
 /// Visits the children of an element, or those of one kind.
 template <typename Visit>
@@ -149,7 +149,7 @@ class ColladaReader {
   }
 
   void spend(const XmlElement& at, std::size_t characters) {
-    if ((work_ += characters) > kMostColladaWork) throw fault(at, "is instanced too often");
+    if ((work_ += characters) > kMaxColladaWork) throw fault(at, "is instanced too often");
   }
 
   [[nodiscard]] std::vector<double> numbers_of(const XmlElement& element) {
@@ -191,7 +191,7 @@ class ColladaReader {
     const char* own = node.Attribute("name");
     builder.node.name = own_names_ && own != nullptr ? own : attribute_of(node, "id");
     if (builder.node.name.empty()) builder.node.name = attribute_of(node, "sid");
-    builder.node.name.resize(std::min(builder.node.name.size(), kLongestName));
+    builder.node.name.resize(std::min(builder.node.name.size(), kMaxName));
     std::string geometry_id;
     for_each_child(node, nullptr, [&](const XmlElement& child) {
       const std::string_view kind = child.Name();
@@ -205,7 +205,7 @@ class ColladaReader {
       geometry_id = attribute_of(*geometry, "id");
       read_geometry(*geometry, materials_of(child), transform, builder);
     });
-    const std::string below = (above + '/' + builder.node.name).substr(0, kLongestName);
+    const std::string below = (above + '/' + builder.node.name).substr(0, kMaxName);
     builder.node.above = above;
     if (builder.node.name.empty()) builder.node.name = geometry_id;
     crossed_ += builder.crossed;
@@ -292,8 +292,8 @@ class ColladaReader {
       read_faces(faces, kind, positions, builder);
       if (builder.node.faces.back().triangles.empty()) builder.node.faces.pop_back();
       triangles_ += std::exchange(builder.triangles, 0);
-      if (triangles_ > kMostTriangles)
-        throw InputError(path_, 0, fmt::format("has more than {} triangles", kMostTriangles));
+      if (triangles_ > kMaxTriangles)
+        throw InputError(path_, 0, fmt::format("has more than {} triangles", kMaxTriangles));
     });
   }
 

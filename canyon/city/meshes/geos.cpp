@@ -88,7 +88,7 @@ Geometry collection(std::vector<Geometry> polygons) {
                                               static_cast<unsigned>(raw.size())));
 }
 
-bool is_tangled(const std::vector<std::vector<Point2>>& rings, std::size_t most) {
+bool is_tangled(const std::vector<std::vector<Point2>>& rings, std::size_t maximum) {
   std::vector<Side> sides;
   Point2 lengths = Point2::Zero();
   for (const auto& ring : rings) {
@@ -97,20 +97,20 @@ bool is_tangled(const std::vector<std::vector<Point2>>& rings, std::size_t most)
       lengths += (sides.back().second - sides.back().first).cwiseAbs();
     }
   }
-  most += 10 * sides.size();
-  if (sides.size() * sides.size() <= 2 * most) return false;
+  maximum += 10 * sides.size();
+  if (sides.size() * sides.size() <= 2 * maximum) return false;
   // A sweep along the axis on which sides are shorter.
   const int axis = lengths.x() <= lengths.y() ? 0 : 1;
   for (auto& [from, to] : sides)
     if (to[axis] < from[axis]) std::swap(from, to);
   std::sort(sides.begin(), sides.end(),
             [axis](const Side& a, const Side& b) { return a.first[axis] < b.first[axis]; });
-  const std::size_t most_pairs = 10'000'000 + 1000 * sides.size();
+  const std::size_t max_pairs = 10'000'000 + 1000 * sides.size();
   std::size_t pairs = 0, found = 0;
   for (std::size_t i = 0; i < sides.size(); ++i) {
     for (std::size_t j = i + 1; j < sides.size() && sides[j].first[axis] <= sides[i].second[axis]; ++j) {
       if (meet(sides[i], sides[j])) ++found;
-      if (++pairs > most_pairs || found > most) return true;
+      if (++pairs > max_pairs || found > maximum) return true;
     }
   }
   return false;

@@ -30,9 +30,9 @@ using Geometry = std::unique_ptr<GEOSGeometry, Destroy>;
 [[nodiscard]] Geometry collection(std::vector<Geometry> polygons);
 /// The polygons within a geometry of any type, rings oriented as in Polygon2 and not closed; empty for null.
 [[nodiscard]] std::vector<Polygon2> polygons(const GEOSGeometry* geometry);
-/// Whether sides of closed rings meet away from their ends more than `most` times plus 10 times per side, or
-/// are so close to each other that counting takes too long. The cost in GEOS would be disproportionate.
-[[nodiscard]] bool is_tangled(const std::vector<std::vector<Point2>>& rings, std::size_t most = 1000);
+/// Whether sides of closed rings meet away from their ends more than `maximum` times plus 10 times per side,
+/// or are so close to each other that counting takes too long. The cost in GEOS would be disproportionate.
+[[nodiscard]] bool is_tangled(const std::vector<std::vector<Point2>>& rings, std::size_t maximum = 1000);
 /// Points of a ring or line string, in order.
 [[nodiscard]] std::vector<Point2> points(const GEOSGeometry* line);
 

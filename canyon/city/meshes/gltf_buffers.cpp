@@ -25,7 +25,7 @@ namespace canyon::meshes {
 namespace {
 
 /// Limit for accessors without stored bytes: all zero except for sparse values.
-constexpr std::uint64_t kMostZeros = std::uint64_t{1} << 20;
+constexpr std::uint64_t kMaxZeros = std::uint64_t{1} << 20;
 
 template <typename Stored>
 double number_at(std::string_view bytes, std::size_t offset) {
@@ -188,7 +188,7 @@ AccessorValues GltfBuffers::accessor(std::uint64_t index) {
     stride = static_cast<std::size_t>(count_member(item("bufferViews", number), "byteStride", 0));
     if (stride > 252) throw InputError("a buffer view has a stride above 252 bytes");
   }
-  if (count > (stored ? bytes.size() : kMostZeros / out.width))
+  if (count > (stored ? bytes.size() : kMaxZeros / out.width))
     throw InputError(fmt::format("an accessor has {} elements, too many for its bytes", count));
   out.count = static_cast<std::size_t>(count);
   if (stored)
@@ -205,7 +205,7 @@ AccessorValues GltfBuffers::accessor(std::uint64_t index) {
 
 #ifdef CANYON_MESHOPTIMIZER
 namespace {
-constexpr std::uint64_t kMostUnpacked = std::uint64_t{1} << 30;
+constexpr std::uint64_t kMaxUnpacked = std::uint64_t{1} << 30;
 }
 #endif
 
@@ -217,7 +217,7 @@ std::string unpack_meshopt(std::string_view packed, std::uint64_t count, std::ui
   const bool vertices = mode == "ATTRIBUTES";
   const bool stride_fits =
       vertices ? stride > 0 && stride <= 256 && stride % 4 == 0 : stride == 2 || stride == 4;
-  if (!stride_fits || count > kMostUnpacked / std::max<std::uint64_t>(stride, 1) ||
+  if (!stride_fits || count > kMaxUnpacked / std::max<std::uint64_t>(stride, 1) ||
       count * stride / 1024 > packed.size())
     throw InputError(fmt::format("meshopt data of {} elements of {} bytes are impossible", count, stride));
   std::string out(static_cast<std::size_t>(count * stride), '\0');

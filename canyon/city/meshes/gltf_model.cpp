@@ -19,8 +19,8 @@ namespace {
 
 constexpr std::uint32_t kGltfMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
 constexpr int kDeepestNode = 100;
-constexpr std::size_t kMostInstances = 1'000'000, kMostVertices = 3 * kMostTriangles;
-constexpr std::size_t kLongestCopyright = 300;
+constexpr std::size_t kMaxInstances = 1'000'000, kMaxVertices = 3 * kMaxTriangles;
+constexpr std::size_t kMaxCopyright = 300;
 // glTF 2.0, 3.7.2.1.
 constexpr std::uint64_t kTriangleMode = 4, kStripMode = 5, kFanMode = 6;
 
@@ -120,7 +120,7 @@ class GltfDecoder {
 
   GltfModel read() {
     check_asset();
-    model_.copyright = text_member(asset_.at("asset"), "copyright").substr(0, kLongestCopyright);
+    model_.copyright = text_member(asset_.at("asset"), "copyright").substr(0, kMaxCopyright);
     const Json& rtc = extension(asset_, "CESIUM_RTC");
     if (rtc.is_object()) {
       const std::vector<double> centre = numbers_member(rtc, "center", 3);
@@ -157,9 +157,7 @@ class GltfDecoder {
         throw InputError(fmt::format("requires the unsupported glTF extension '{}'", name.text()));
   }
 
-  static std::string name_of(const Json& object) {
-    return text_member(object, "name").substr(0, kLongestName);
-  }
+  static std::string name_of(const Json& object) { return text_member(object, "name").substr(0, kMaxName); }
 
   static std::uint64_t node_number(const Json& value) {
     if (!value.is_integer() || value.get<double>() < 0) throw InputError("a list of nodes has no numbers");
@@ -203,7 +201,7 @@ class GltfDecoder {
     const Json* children = node.find("children");
     if (children == nullptr) return;
     for (const Json& child : *children)
-      read_node(node_number(child), matrix, name, (names_above + '/' + own).substr(0, kLongestName),
+      read_node(node_number(child), matrix, name, (names_above + '/' + own).substr(0, kMaxName),
                 levels_left - 1);
   }
 
@@ -224,8 +222,8 @@ class GltfDecoder {
     const std::size_t count = std::max({move.count, rotation.count, scale.count});
     for (const AccessorValues* each : {&move, &rotation, &scale})
       if (each->count != 0 && each->count != count) throw InputError("the instances' lists differ in length");
-    if ((instances_ += count) > kMostInstances)
-      throw InputError(fmt::format("has more than {} instances", kMostInstances));
+    if ((instances_ += count) > kMaxInstances)
+      throw InputError(fmt::format("has more than {} instances", kMaxInstances));
     std::vector<Eigen::Matrix4d> points;
     for (std::size_t i = 0; i < count; ++i) {
       const auto of = [i](const AccessorValues& all) {
@@ -250,8 +248,8 @@ class GltfDecoder {
     }
     triangles_ += out.triangles.size() * points.size();
     vertices_ += out.positions.size() * points.size();
-    if (triangles_ > kMostTriangles || vertices_ > kMostVertices)
-      throw InputError(fmt::format("has more than {} triangles", kMostTriangles));
+    if (triangles_ > kMaxTriangles || vertices_ > kMaxVertices)
+      throw InputError(fmt::format("has more than {} triangles", kMaxTriangles));
     for (const Eigen::Matrix4d& position : points) {
       GltfPrimitive posed = out;
       for (Eigen::Vector3d& v : posed.positions)

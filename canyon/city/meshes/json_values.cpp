@@ -7,7 +7,7 @@
 namespace canyon::meshes {
 namespace {
 
-constexpr double kLargestCount = 9e15;  // integers exact in doubles
+constexpr double kMaxCount = 9e15;  // integers exact in doubles
 
 [[noreturn]] void fail_member(std::string_view key, std::string_view wanted) {
   throw InputError(fmt::format("'{}' is not {}", key, wanted), "check the program that wrote it");
@@ -27,7 +27,7 @@ std::uint64_t count_member(const Json& object, std::string_view key, std::option
     throw InputError(fmt::format("'{}' is missing", key), "check the program that wrote it");
   }
   const double number = finite_number(*found, key);
-  if (number < 0 || number > kLargestCount || std::floor(number) != number)
+  if (number < 0 || number > kMaxCount || std::floor(number) != number)
     fail_member(key, "a whole number of at least 0");
   return static_cast<std::uint64_t>(number);
 }

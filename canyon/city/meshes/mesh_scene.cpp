@@ -18,7 +18,7 @@
 namespace canyon::meshes {
 
 std::string mesh_bytes(const std::filesystem::path& path) {
-  check_input_file(path, kLargestMesh);
+  check_input_file(path, kMaxMesh);
   std::ifstream in(path, std::ios::binary | std::ios::ate);
   std::string bytes(in ? static_cast<std::size_t>(in.tellg()) : 0, '\0');
   if (!in.seekg(0) || !in.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
@@ -40,7 +40,7 @@ void NodeBuilder::use(const std::vector<Eigen::Vector3d>& table, const Eigen::Af
 }
 
 void NodeBuilder::use_material(const std::string& name) {
-  const std::string cut = name.substr(0, kLongestName);
+  const std::string cut = name.substr(0, kMaxName);
   if (node.faces.empty() || node.faces.back().material != cut) node.faces.push_back({cut, {}});
 }
 

@@ -38,11 +38,11 @@ struct MeshScene {
 };
 
 /// Limit of the size of a mesh file, or of a file that it references [bytes].
-inline constexpr std::uint64_t kLargestMesh = std::uint64_t{2} << 30;
+inline constexpr std::uint64_t kMaxMesh = std::uint64_t{2} << 30;
 /// A file with more triangles is rejected.
-inline constexpr std::size_t kMostTriangles = 30'000'000;
+inline constexpr std::size_t kMaxTriangles = 30'000'000;
 /// Names of nodes and materials are cut to this length, because many nodes may have the same long name.
-inline constexpr std::size_t kLongestName = 1000;
+inline constexpr std::size_t kMaxName = 1000;
 
 /// Reads a file by its extension. Vertices are doubles as in the file; concave faces are cut into triangles
 /// that cover them. Every index refers to a vertex of its node. Throws InputError for a file that is cut
@@ -68,7 +68,7 @@ inline constexpr std::string_view kDamagedMesh = "export or copy it again: it is
 [[nodiscard]] MeshScene read_stl(const std::filesystem::path& path);
 
 /// All bytes of a mesh file. Throws InputError if it cannot be read, for pipes and devices, and above
-/// kLargestMesh.
+/// kMaxMesh.
 [[nodiscard]] std::string mesh_bytes(const std::filesystem::path& path);
 
 /// "3 faces cross themselves ..."; no line for none.

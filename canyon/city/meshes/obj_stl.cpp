@@ -22,7 +22,7 @@ namespace {
 
 class ObjReader {
  public:
-  explicit ObjReader(const std::filesystem::path& path) : file_(path, kLargestMesh) {}
+  explicit ObjReader(const std::filesystem::path& path) : file_(path, kMaxMesh) {}
 
   MeshScene read() {
     while (next_line()) {

@@ -286,11 +286,11 @@ std::vector<Point2> flat(const std::vector<Eigen::Vector3d>& vertices,
 /// Converts a ring with two-way edges (bridges) to its holes into an outline with holes; keeps other rings.
 /// @param order gets the index in the ring of each corner of the polygon
 Polygon2 without_bridges(const std::vector<Point2>& ring, std::vector<std::uint32_t>& order) {
-  constexpr std::size_t kLongest = 500;  // the cost is quadratic, for each bridge
+  constexpr std::size_t kMax = 500;  // the cost is quadratic, for each bridge
   std::vector<std::vector<std::uint32_t>> waiting(1), rings;
   for (std::uint32_t i = 0; i < ring.size(); ++i) waiting[0].push_back(i);
   order = waiting[0];
-  if (ring.size() > kLongest) return {ring, {}};
+  if (ring.size() > kMax) return {ring, {}};
   while (!waiting.empty()) {
     const std::vector<std::uint32_t> part = std::move(waiting.back());
     waiting.pop_back();
@@ -345,15 +345,15 @@ TriangleList triangulate(const Polygon2& polygon) {
   if (polygon.outer.size() < 3) return {};
   const Corners corners(polygon);
   // GEOS is quadratic in the corners: 5 s for a spiral of 4,000.
-  constexpr std::size_t kMostInSquare = 1000;
-  if (corners.points.size() > kMostInSquare) {
+  constexpr std::size_t kMaxInSquare = 1000;
+  if (corners.points.size() > kMaxInSquare) {
     std::vector<Triangle> triangles = Sweep(corners).triangles();
     for (Triangle& triangle : triangles)
       for (std::uint32_t& corner : triangle) corner = corners.first[corner];
     if (covers(corners, triangles)) return triangles;
     const geos::Geometry shape = geos::polygon(polygon.outer, polygon.holes);
     const bool touches = shape && GEOSisValid_r(geos::context(), shape.get()) == 1;
-    if (!touches || corners.points.size() > 4 * kMostInSquare) return {};
+    if (!touches || corners.points.size() > 4 * kMaxInSquare) return {};
   }
   // GEOS joins holes to the outline from one side: if rings touch, this may work from another side only.
   const View kViews[]{[](const Point2& p) { return p; },
@@ -382,8 +382,8 @@ bool add_face(const std::vector<Eigen::Vector3d>& vertices, const std::vector<st
   for (std::size_t i = 1; i + 1 < n; ++i) normal += cross(0, i, i + 1);
   const double rotated_away = -1e-9 * normal.norm();
   normal.normalize();
-  constexpr std::size_t kMostFans = 8;
-  for (std::size_t from = 0; from < std::min(n, kMostFans); ++from) {
+  constexpr std::size_t kMaxFans = 8;
+  for (std::size_t from = 0; from < std::min(n, kMaxFans); ++from) {
     bool covers_face = true;
     for (std::size_t i = 1; i + 1 < n && covers_face; ++i)
       covers_face = !(cross(from, from + i, from + i + 1).dot(normal) < rotated_away);

@@ -15,7 +15,7 @@ namespace canyon::meshes {
 
 /// Whether an element of a text has more than 1,000 attributes: TinyXML-2 compares each with all before it.
 [[nodiscard]] inline bool has_many_attributes(std::string_view text) {
-  constexpr int kMost = 1000;
+  constexpr int kMax = 1000;
   constexpr std::pair<std::string_view, std::string_view> kNoElements[]{
       {"<!--", "-->"}, {"<![CDATA[", "]]>"}, {"<?", "?>"}, {"<!", ">"}};
   for (std::size_t at = text.find('<'); at != std::string_view::npos; at = text.find('<', at)) {
@@ -29,7 +29,7 @@ namespace canyon::meshes {
     int attributes = 0;
     for (++at; at < text.size() && text[at] != '>'; ++at) {
       if (text[at] != '"' && text[at] != '\'') continue;
-      if (++attributes > kMost) return true;
+      if (++attributes > kMax) return true;
       at = std::min(text.find(text[at], at + 1), text.size() - 1);
     }
   }

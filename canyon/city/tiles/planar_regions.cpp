@@ -16,9 +16,9 @@ namespace canyon::tiles {
 namespace {
 
 /// Minimum for the angle between a triangle's normal and its region's.
-constexpr double kLeastCosine = 0.85;
-constexpr double kLeastArea_m2 = 3, kAmpleArea_m2 = 40;
-constexpr std::size_t kLeastTriangles = 4;
+constexpr double kMinCosine = 0.85;
+constexpr double kMinArea_m2 = 3, kAmpleArea_m2 = 40;
+constexpr std::size_t kMinTriangles = 4;
 
 /// Sums for the least-squares plane through triangles, weighted by area.
 class PlaneFit {
@@ -102,7 +102,7 @@ class RegionGrowth {
 
   [[nodiscard]] bool fits(std::uint32_t t, const Eigen::Vector3d& normal, double offset) const {
     // Thin triangles have no reliable normal.
-    if (areas_[t] > 1e-4 && normals_[t].dot(normal) < kLeastCosine) return false;
+    if (areas_[t] > 1e-4 && normals_[t].dot(normal) < kMinCosine) return false;
     return std::all_of(triangles_[t].begin(), triangles_[t].end(), [&](std::uint32_t v) {
       return std::abs(normal.dot(vertices_[v]) - offset) <= distance_m_;
     });
@@ -129,8 +129,8 @@ class RegionGrowth {
         fit_at = members.size() * 2;
       }
     }
-    const bool few = members.size() < kLeastTriangles && fit.area() < kAmpleArea_m2;
-    if (fit.area() < kLeastArea_m2 || few) {
+    const bool few = members.size() < kMinTriangles && fit.area() < kAmpleArea_m2;
+    if (fit.area() < kMinArea_m2 || few) {
       for (const std::uint32_t t : members) out_.of[t] = kNoRegion;
       return;
     }
@@ -149,7 +149,7 @@ class RegionGrowth {
 
 constexpr int kPasses = 30;
 /// Limits for normals of planes that meet in a line, or a corner.
-constexpr double kSameNormal = 0.96, kLeastDeterminant = 0.15;
+constexpr double kSameNormal = 0.96, kMinDeterminant = 0.15;
 /// Limit for the rotation of a triangle's normal: cosine.
 constexpr double kMinRotation = 0.5;
 
@@ -355,7 +355,7 @@ std::vector<const PlanarRegion*> independent(std::vector<const PlanarRegion*> pl
     } else if (out.size() == 1) {
       if (std::abs(out[0]->normal.dot(plane->normal)) < kSameNormal) out.push_back(plane);
     } else if (out.size() == 2) {
-      if (std::abs(out[0]->normal.cross(out[1]->normal).dot(plane->normal)) > kLeastDeterminant)
+      if (std::abs(out[0]->normal.cross(out[1]->normal).dot(plane->normal)) > kMinDeterminant)
         out.push_back(plane);
     }
   }

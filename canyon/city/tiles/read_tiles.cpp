@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::size_t kTilesAtATime = 64;
 constexpr std::size_t kNamedGaps = 5;
-constexpr double kLargestCity_m = 200e3;
+constexpr double kMaxCity_m = 200e3;
 constexpr double kGroundFraction = 0.05;
 
 Eigen::Matrix4d enu_from_ecef(const geodesy::LocalFrame& frame) {
@@ -171,13 +171,13 @@ class TilesReader {
     if (out_.georeferenced) settle_origin(city);
     const city::Box box = city.bounds();
     const Eigen::Vector3d size = box.max - box.min;
-    if (size.head<2>().maxCoeff() > kLargestCity_m) {
+    if (size.head<2>().maxCoeff() > kMaxCity_m) {
       throw InputError(public_address(source_.root()), 0,
                        fmt::format("the tiles extend over {:.0f} km", size.head<2>().maxCoeff() / 1000),
                        "the limit is 200 km: give a bbox");
     }
     const double farthest_m = std::max(box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff());
-    if (farthest_m > kLargestCity_m) {
+    if (farthest_m > kMaxCity_m) {
       throw InputError(public_address(source_.root()), 0,
                        fmt::format("the tiles are {:.0f} km from city.origin", farthest_m / 1000),
                        "give the right origin, or leave it out");

@@ -130,7 +130,7 @@ TEST_F(LevelsTest, CoordinatesThatAreNotPlacesAreGaps) {
 TEST_F(LevelsTest, TooManyTilesAreRefused) {
   write("tileset.json", levels("REPLACE"));
   TileOptions few = options();
-  few.most_tiles = 1;
+  few.max_tiles = 1;
   EXPECT_THAT(refusal(few), AllOf(HasSubstr("more than 1 tiles"), HasSubstr("bbox")));
 }
 
@@ -151,7 +151,7 @@ TEST_F(TilesTest, FewBytesDoNotMakeManyTiles) {
   };
   const auto begin = std::chrono::steady_clock::now();
   TileOptions few = options();
-  few.most_tiles = 10;
+  few.max_tiles = 10;
   for (const char* scheme : {"QUADTREE", "OCTREE"}) {
     for (const std::string& subtrees : {subtree(0), subtree(1), std::string("none"), std::string("file:x")}) {
       for (const char* content : {"a.glb", "b.json", "file:x"}) {

@@ -20,7 +20,7 @@ namespace {
 /// Texts of a table by column, one for each feature.
 using TextColumns = std::map<std::string, std::vector<std::string>>;
 
-constexpr std::size_t kLongestFeatureName = 120;
+constexpr std::size_t kMaxFeatureName = 120;
 
 /// The first column with one of the names, ignoring case; empty for none.
 template <std::size_t N>
@@ -33,7 +33,7 @@ std::vector<std::string> first_of(const std::array<std::string_view, N>& words, 
 }
 
 std::string feature_text(const Json& value) {
-  if (value.is_string()) return value.text().substr(0, kLongestFeatureName);
+  if (value.is_string()) return value.text().substr(0, kMaxFeatureName);
   return value.is_number() ? value.dump() : std::string();
 }
 
@@ -82,7 +82,7 @@ FeatureNames batch_names(const Json& table) {
 }
 
 constexpr int kDeepestComposite = 8;
-constexpr std::uint64_t kMostInstances = 200'000;
+constexpr std::uint64_t kMaxInstances = 200'000;
 
 Eigen::Matrix4d translation(const Eigen::Vector3d& by) {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
@@ -175,7 +175,7 @@ class Instances {
  public:
   explicit Instances(const TileTables& tables)
       : tables_(tables), count_(meshes::count_member(tables.feature, "INSTANCES_LENGTH")) {
-    if (count_ > kMostInstances) throw InputError(fmt::format("has {} instances", count_));
+    if (count_ > kMaxInstances) throw InputError(fmt::format("has {} instances", count_));
     read_translations();
     read_rotations();
     scale_ = feature_values<float>(tables, "SCALE", count_);

@@ -43,9 +43,9 @@ class GroundModel {
   std::vector<double> heights_;  ///< NaN: none yet
 };
 
-constexpr double kMostCells = 4e6;
+constexpr double kMaxCells = 4e6;
 constexpr double kWidest_m = 40;  // half of the window
-constexpr double kSlope = 0.3, kLeastStep_m = 0.5, kLargestStep_m = 3;
+constexpr double kSlope = 0.3, kMinStep_m = 0.5, kMaxStep_m = 3;
 
 GroundModel::GroundModel(const std::vector<Eigen::Vector3d>& vertices,
                          const city::TriangleIndices& triangles) {
@@ -54,7 +54,7 @@ GroundModel::GroundModel(const std::vector<Eigen::Vector3d>& vertices,
     for (const std::uint32_t v : triangle) bounds.extend(Eigen::Vector2d(vertices[v].head<2>()));
   min_ = bounds.min();
   const Eigen::Vector2d size = bounds.sizes();
-  cell_m_ = std::max(1.0, std::sqrt(size.x() * size.y() / kMostCells));
+  cell_m_ = std::max(1.0, std::sqrt(size.x() * size.y() / kMaxCells));
   cell_m_ = std::max(cell_m_, size.maxCoeff() / 50'000);
   columns_ = static_cast<std::size_t>(size.x() / cell_m_) + 1;
   rows_ = static_cast<std::size_t>(size.y() / cell_m_) + 1;
@@ -131,7 +131,7 @@ void GroundModel::filter() {
   for (double half_m = cell_m_; half_m <= kWidest_m; half_m = half_m * 2) {
     const auto half = static_cast<std::size_t>(std::ceil(half_m / cell_m_));
     const std::vector<double> opened = filtered(filtered(heights_, half, true), half, false);
-    const double step_m = std::min(kLargestStep_m, kSlope * (half_m - before_m) + kLeastStep_m);
+    const double step_m = std::min(kMaxStep_m, kSlope * (half_m - before_m) + kMinStep_m);
     for (std::size_t i = 0; i < heights_.size(); ++i)
       if (heights_[i] - opened[i] > step_m) heights_[i] = opened[i];
     before_m = half_m;
@@ -172,10 +172,10 @@ double GroundModel::height_m(const Eigen::Vector2d& point) const {
 constexpr double kWeld_m = 1e-3;
 constexpr double kLow_m = 2, kWall_m = 3;
 constexpr double kUpright = 0.5;  // |n_z| of walls is smaller
-constexpr double kLeastFoliage_m2 = 10;
+constexpr double kMinFoliage_m2 = 10;
 /// A rough piece below the first area joins the wall or roof (of at least the second area) with the longest
 /// common border. A plane up to the second area with its longest border to foliage joins that foliage.
-constexpr double kLeastFoliageAmidWalls_m2 = 150, kLargestPlaneAmidFoliage_m2 = 80;
+constexpr double kMinFoliageAmidWalls_m2 = 150, kMaxPlaneAmidFoliage_m2 = 80;
 /// Maximum movement of the surface when planes replace it.
 constexpr double kFlatten_m = 0.3;
 
@@ -282,14 +282,14 @@ class SkinSplit {
         each_edge(t, [&](std::uint32_t other, double length) {
           const bool built = before[other] == SkinClass::Building;
           by_building += built ? length : 0;
-          if (built && regions_.regions[regions_.of[other]].area_m2 >= kLargestPlaneAmidFoliage_m2)
+          if (built && regions_.regions[regions_.of[other]].area_m2 >= kMaxPlaneAmidFoliage_m2)
             by_large_plane += length;
           by_terrain += before[other] == SkinClass::Terrain ? length : 0;
         });
       }
       SkinClass found = SkinClass::Building;
-      const bool enclosed = area < kLeastFoliageAmidWalls_m2 && 2 * by_large_plane > by_building + by_terrain;
-      if (area >= kLeastFoliage_m2 && !enclosed)
+      const bool enclosed = area < kMinFoliageAmidWalls_m2 && 2 * by_large_plane > by_building + by_terrain;
+      if (area >= kMinFoliage_m2 && !enclosed)
         found = SkinClass::Foliage;
       else if (by_terrain > by_building)
         found = SkinClass::Terrain;
@@ -314,7 +314,7 @@ class SkinSplit {
       const std::uint32_t region = regions_.of[t];
       if (region == kNoRegion || classes_[t] != SkinClass::Building) continue;
       const bool amid = edges[region].foliage > edges[region].other;
-      if (amid && regions_.regions[region].area_m2 < kLargestPlaneAmidFoliage_m2)
+      if (amid && regions_.regions[region].area_m2 < kMaxPlaneAmidFoliage_m2)
         classes_[t] = SkinClass::Foliage;
     }
   }
@@ -413,8 +413,8 @@ void TileMesh::add(const TileContent& content, const Eigen::Matrix4d& to_enu, co
       vertices += primitive.positions.size() * posed.containments.size();
     }
   }
-  if (total > meshes::kMostTriangles || vertices > 3 * meshes::kMostTriangles) {
-    throw InputError(fmt::format("with it the city has more than {} triangles", meshes::kMostTriangles),
+  if (total > meshes::kMaxTriangles || vertices > 3 * meshes::kMaxTriangles) {
+    throw InputError(fmt::format("with it the city has more than {} triangles", meshes::kMaxTriangles),
                      "give a smaller bbox or a larger error_m");
   }
   std::vector<Part> parts;

@@ -39,7 +39,7 @@ void visit(options::Visitor& v, TileOptions& o) {
   }
   v.number({"margin_m", "m", "around the scenario's trajectory, if there is no box"}, o.margin_m,
            {10, 50'000});
-  v.integer({"most_tiles", "", "rejects a selection of more tiles"}, o.most_tiles, 1, 1'000'000);
+  v.integer({"most_tiles", "", "rejects a selection of more tiles"}, o.max_tiles, 1, 1'000'000);
   v.boolean({"elsewhere", "", "follow references out of the tileset's folder or to other servers"},
             o.elsewhere);
   v.text({"cache", "", "folder of downloads", "~/.cache/canyon"}, o.cache);

@@ -17,16 +17,16 @@ namespace {
 
 constexpr std::size_t kDeepestTileset = 24;
 constexpr int kDeepestTile = 200;
-constexpr std::size_t kMostVisits = 4'000'000;
+constexpr std::size_t kMaxVisits = 4'000'000;
 /// Limit of tilesets and subtrees that lead to a tile, and of failed references, for each tile that may be
 /// read; and a limit for the first tiles.
-constexpr std::size_t kMostFilesEach = 10, kMostFilesAtFirst = 1000;
-constexpr std::size_t kLongestTemplate = 4096;
-constexpr int kMostLevels = 31, kMostSubtreeLevels = 15;
+constexpr std::size_t kMaxFilesEach = 10, kMaxFilesAtFirst = 1000;
+constexpr std::size_t kMaxTemplate = 4096;
+constexpr int kMaxLevels = 31, kMaxSubtreeLevels = 15;
 /// ECEF positions of tiles are between these distances from the Earth's centre.
 constexpr double kInnermost_m = 6.3e6, kOutermost_m = 6.45e6;
 /// The middle of a larger root does not give the position.
-constexpr double kLargestRoot_m = 200e3;
+constexpr double kMaxRoot_m = 200e3;
 
 /// One tileset.json.
 struct Document {
@@ -120,7 +120,7 @@ bool names_tileset(const std::string& uri) {
 }
 
 std::string expand_uri_template(std::string uri, const Node& node) {
-  if (uri.size() > kLongestTemplate)
+  if (uri.size() > kMaxTemplate)
     throw InputError(fmt::format("an address of implicit tiling has {} characters", uri.size()));
   const std::pair<const char*, std::uint32_t> kWords[]{{"{level}", static_cast<std::uint32_t>(node.level)},
                                                        {"{x}", node.tile_coordinates[0]},
@@ -194,19 +194,20 @@ class Selector {
   };
 
   void count_visit() {
-    if (++visits_ > kMostVisits) {
-      throw TooMany(fmt::format("the tileset has more than {} tiles in the area", kMostVisits),
+    if (++visits_ > kMaxVisits) {
+      throw TooMany(fmt::format("the tileset has more than {} tiles in the area", kMaxVisits),
                     "give a smaller bbox or a larger error_m");
     }
   }
 
   /// For a tileset or subtree to be read, or a reference that cannot be followed.
   void count_file() {
-    const std::size_t most =
-        kMostFilesAtFirst + kMostFilesEach * static_cast<std::size_t>(options_.most_tiles);
-    if (++files_ > most) {
-      throw TooMany(fmt::format("the tileset has more than {} tilesets, subtrees and gaps in the area", most),
-                    "give a smaller bbox, a larger error_m, or more most_tiles");
+    const std::size_t maximum =
+        kMaxFilesAtFirst + kMaxFilesEach * static_cast<std::size_t>(options_.max_tiles);
+    if (++files_ > maximum) {
+      throw TooMany(
+          fmt::format("the tileset has more than {} tilesets, subtrees and gaps in the area", maximum),
+          "give a smaller bbox, a larger error_m, or more most_tiles");
     }
   }
   void read_later(Pending pending) {
@@ -278,9 +279,9 @@ class Selector {
   }
 
   void take(SelectedTile tile) {
-    if (out_.tiles.size() >= static_cast<std::size_t>(options_.most_tiles)) {
+    if (out_.tiles.size() >= static_cast<std::size_t>(options_.max_tiles)) {
       throw TooMany(fmt::format("more than {} tiles are needed for this area with a geometric error of {} m",
-                                options_.most_tiles, options_.error_m),
+                                options_.max_tiles, options_.error_m),
                     "give a smaller bbox, a larger error_m, or more most_tiles");
     }
     out_.coarsest_m = std::max(out_.coarsest_m, tile.error_m);
@@ -303,7 +304,7 @@ class Selector {
     const std::uint64_t levels = implicit.contains("availableLevels")
                                      ? meshes::count_member(implicit, "availableLevels")
                                      : meshes::count_member(implicit, "maximumLevel") + 1;
-    if (subtree_levels < 1 || subtree_levels > kMostSubtreeLevels || levels < 1 || levels > kMostLevels)
+    if (subtree_levels < 1 || subtree_levels > kMaxSubtreeLevels || levels < 1 || levels > kMaxLevels)
       throw InputError(fmt::format("implicit tiling has {} levels, {} in a subtree", levels, subtree_levels));
     root->subtree_levels = static_cast<int>(subtree_levels);
     root->levels = static_cast<int>(levels);
@@ -420,7 +421,7 @@ TilesetRoot read_root(TileSource& source) {
   }
   if (out.centre && (out.centre->norm() < kInnermost_m || out.centre->norm() > kOutermost_m) && out.on_earth)
     out.centre.reset();  // of the whole Earth
-  if (reach_m > kLargestRoot_m && out.on_earth) out.centre.reset();
+  if (reach_m > kMaxRoot_m && out.on_earth) out.centre.reset();
   return out;
 }
 

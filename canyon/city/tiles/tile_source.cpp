@@ -24,9 +24,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kLargestTile = std::uint64_t{1} << 29;
+constexpr std::uint64_t kMaxTile = std::uint64_t{1} << 29;
 constexpr int kTries = 3;
-constexpr double kLongestPause_s = 20;
+constexpr double kMaxPause_s = 20;
 /// Lifetime of a download if the server gives none.
 constexpr double kKept_s = 30 * 86400.0;
 
@@ -77,9 +77,8 @@ std::string with_query_of(const std::string& base, const std::string& url) {
 }
 
 std::string all_of(const buildings::ByteReader& read) {
-  std::string bytes = buildings::first_bytes(read, kLargestTile + 1);
-  if (bytes.size() > kLargestTile)
-    throw InputError(fmt::format("unpacks to more than {} bytes", kLargestTile));
+  std::string bytes = buildings::first_bytes(read, kMaxTile + 1);
+  if (bytes.size() > kMaxTile) throw InputError(fmt::format("unpacks to more than {} bytes", kMaxTile));
   return bytes;
 }
 
@@ -177,7 +176,7 @@ void TileSource::download(const std::vector<std::string>& addresses) {
     double pause_s = 0;
     buildings::HttpGetOptions options;
     options.timeout_s = options_.timeout_s;
-    options.largest = kLargestTile;
+    options.largest = kMaxTile;
     options.elsewhere = options_.elsewhere;
     buildings::http_get_all(left, options, [&](std::size_t i, buildings::HttpResponse&& answer) {
       const std::string& address = left[i];
@@ -207,7 +206,7 @@ void TileSource::download(const std::vector<std::string>& addresses) {
     });
     left = std::move(again);
     if (!left.empty())
-      std::this_thread::sleep_for(std::chrono::duration<double>(std::min(pause_s, kLongestPause_s)));
+      std::this_thread::sleep_for(std::chrono::duration<double>(std::min(pause_s, kMaxPause_s)));
   }
 }
 
@@ -220,7 +219,7 @@ std::string TileSource::read(const std::string& address) {
     path = cached(address);
   }
   if (is_in_archive(path.string())) return read_member(path.string());
-  check_input_file(path, kLargestTile);
+  check_input_file(path, kMaxTile);
   GzipFile file(path);
   std::string bytes = all_of([&](char* to, std::size_t size) { return file.read(to, size, 0); });
   if (file.cut_short()) throw InputError("the gzip data end early", "get the tile again");

@@ -37,7 +37,7 @@ bool longitudes_meet(double west, double width, double other_west, double other_
 /// Rejects degrees given as radians, and latitudes exchanged with longitudes.
 void check_region(const std::vector<double>& region) {
   constexpr double kRounding = 1e-6;
-  const auto within = [](double angle, double most) { return std::abs(angle) <= most + kRounding; };
+  const auto within = [](double angle, double maximum) { return std::abs(angle) <= maximum + kRounding; };
   if (within(region[0], geodesy::kPi) && within(region[2], geodesy::kPi) &&
       within(region[1], geodesy::kPi / 2) && within(region[3], geodesy::kPi / 2) && region[1] <= region[3])
     return;

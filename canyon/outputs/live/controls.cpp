@@ -379,8 +379,8 @@ class SessionCommands final : public Commands {
   }
 
   void receive(const transport::Received& received) {
-    constexpr std::size_t kLongestCommand = 65536;
-    readers.of(received.reader, kLongestCommand).receive(received, [&](std::optional<std::string_view> line) {
+    constexpr std::size_t kMaxCommand = 65536;
+    readers.of(received.reader, kMaxCommand).receive(received, [&](std::optional<std::string_view> line) {
       if (line && trim(*line).empty()) return;
       link->transport().answer(
           received.reader,

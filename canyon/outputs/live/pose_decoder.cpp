@@ -46,7 +46,7 @@ void Complaints::add(std::string why) {
       std::find_if(reasons_.begin(), reasons_.end(), [&](const auto& r) { return r.first == why; });
   if (at != reasons_.end())
     ++at->second;
-  else if (reasons_.size() < kMost)
+  else if (reasons_.size() < kMax)
     reasons_.emplace_back(std::move(why), 1);
 }
 
@@ -94,11 +94,11 @@ class JsonPoses final : public PoseDecoder {
 
   void receive(const transport::Received& received,
                const std::function<void(const PoseReport&)>& each) override {
-    transport::LineCutter& lines = lines_.of(received.reader, kLongestLine);
+    transport::LineCutter& lines = lines_.of(received.reader, kMaxLine);
     const auto take = [&](std::optional<std::string_view> line) {
       if (line && trim(*line).empty()) return;
       const std::string why =
-          line ? read(*line, each) : fmt::format("a line of more than {} bytes", kLongestLine);
+          line ? read(*line, each) : fmt::format("a line of more than {} bytes", kMaxLine);
       if (!why.empty()) complaints_.add(why);
     };
     lines.receive(received, take);
@@ -194,8 +194,8 @@ class JsonPoses final : public PoseDecoder {
   /// Reports each part once, since a sender may add its own keys. @param why reason and hint
   template <typename Why>
   void leave_out(const std::string& part, const Why& why) {
-    constexpr std::size_t kMost = 16;
-    if (reported_.size() == kMost || !reported_.insert(part).second) return;
+    constexpr std::size_t kMax = 16;
+    if (reported_.size() == kMax || !reported_.insert(part).second) return;
     unused_ += fmt::format("{}'{}' is not used{}", unused_.empty() ? "" : "; ", part, why());
   }
 

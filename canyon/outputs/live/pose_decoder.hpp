@@ -30,7 +30,7 @@ struct PoseReport {
 class Complaints {
  public:
   /// Number of distinct reasons that are reported; messages with further reasons are only counted.
-  static constexpr std::size_t kMost = 8;
+  static constexpr std::size_t kMax = 8;
 
   void add(std::string why);
   /// "3 messages were not poses: 2 a wrong checksum; 1 an attitude without direction", in order of first
@@ -70,7 +70,7 @@ class PoseDecoder {
 ///   of zlib) of the bytes before
 inline constexpr std::size_t kBinarySize = 88;
 /// Longest JSON line; longer ones are skipped.
-inline constexpr std::size_t kLongestLine = 4096;
+inline constexpr std::size_t kMaxLine = 4096;
 
 [[nodiscard]] bool is_on_earth(double latitude_deg, double longitude_deg);
 

@@ -112,10 +112,10 @@ void PoseSource::receive_log(const transport::Received& received, bool since_zer
                              const std::function<bool()>& restarted) {
   decoder_->receive(received, [&](const PoseReport& report) {
     if (!options_.id.empty() && report.id != options_.id) return;
-    constexpr double kLongest_s = 1e9;
+    constexpr double kMax_s = 1e9;
     const double stamp_s = report.stamp_s.value_or(std::nan(""));
     const double step_s = stamp_s - last_stamp_s_.value_or(stamp_s);
-    if (step_s < -options_.track.timeout_s || step_s > kLongestGap_s) {
+    if (step_s < -options_.track.timeout_s || step_s > kMaxGap_s) {
       if (!restarted()) {
         ++of_another_clock_;
         return;
@@ -126,7 +126,7 @@ void PoseSource::receive_log(const transport::Received& received, bool since_zer
       before_.reset();
     }
     const double now_s = stamp_s - (since_zero ? 0 : first_stamp_s_.value_or(stamp_s));
-    if (!(std::abs(now_s) < kLongest_s)) {
+    if (!(std::abs(now_s) < kMax_s)) {
       ++impossible_;
       return;
     }

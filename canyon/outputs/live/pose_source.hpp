@@ -35,13 +35,13 @@ class PoseSource {
   void receive(const transport::Received& received, std::int64_t now_ns,
                const std::function<void()>& taken = {});
   /// As receive(), but the time of a pose is its stamp, minus the first stamp unless `since_zero`. A stamp
-  /// more than the time-out before the last one, or more than kLongestGap_s after it, is from another clock.
+  /// more than the time-out before the last one, or more than kMaxGap_s after it, is from another clock.
   /// Then `restarted` is called: stored poses are deleted and stamps count from this one; if it returns
   /// false, the pose is dropped.
   void receive_log(const transport::Received& received, bool since_zero,
                    const std::function<void(std::int64_t now_ns)>& taken,
                    const std::function<bool()>& restarted);
-  static constexpr double kLongestGap_s = 86400;
+  static constexpr double kMaxGap_s = 86400;
 
   [[nodiscard]] const simulation::PoseSourceOptions& options() const { return options_; }
   [[nodiscard]] simulation::PoseTrack& track() { return track_; }

@@ -40,10 +40,10 @@ void RtcmInput::reset_state() {
 
 void RtcmInput::receive(std::string_view bytes, GpsTime now) {
   if (bytes.empty()) return warn("empty", fmt::format("a message from {} has no bytes", source_));
-  if (bytes.size() > kLongestMessage) {
+  if (bytes.size() > kMaxMessage) {
     return warn("long", fmt::format("a message from {} has {} bytes and is not read; an epoch in RTCM "
                                     "3 has about 1,000, and the maximum is {}",
-                                    source_, bytes.size(), kLongestMessage));
+                                    source_, bytes.size(), kMaxMessage));
   }
   const rtcm::DecoderStatus before = decoder_.status();
   for (auto& epoch : decoder_.feed(bytes, now)) {

@@ -19,7 +19,7 @@ namespace canyon::live {
 class RtcmInput {
  public:
   /// Maximum bytes of one message; longer ones are not read.
-  static constexpr std::size_t kLongestMessage = std::size_t{64} * 1024;
+  static constexpr std::size_t kMaxMessage = std::size_t{64} * 1024;
 
   RtcmInput(const receiver::ReceiverOptions& options, std::uint64_t seed);
 

@@ -348,9 +348,9 @@ struct Session::Impl {
         if (!vehicle.source) {
           sensors[each.receiver].emplace(trajectory->sensors());
         } else {
-          constexpr double kLeast_s = 0.04;
+          constexpr double kMin_s = 0.04;
           vehicle.motion.emplace(scene->city.frame,
-                                 std::max(kLeast_s, vehicle.source->options().track.smoothing_s));
+                                 std::max(kMin_s, vehicle.source->options().track.smoothing_s));
         }
       }
     }
@@ -427,8 +427,8 @@ struct Session::Impl {
   void resume(const Vehicle& vehicle) {
     const std::optional<double> stamp_s = vehicle.source->last_stamp_s();
     if (!options.resume || !stamp_s || std::exchange(resumed, true)) return;
-    constexpr double kLongest_s = 1e9;  // beyond, stamps are dates
-    if (!(*stamp_s >= 0 && *stamp_s < kLongest_s)) {
+    constexpr double kMax_s = 1e9;  // beyond, stamps are dates
+    if (!(*stamp_s >= 0 && *stamp_s < kMax_s)) {
       note(fmt::format(
           "live.resume has no effect: a pose's timestamp of {:.0f} s cannot be the time of a run", *stamp_s));
       return;
@@ -545,8 +545,8 @@ struct Session::Impl {
     for (Vehicle& vehicle : vehicles) {
       // In real time, one epoch per pass: links are served and other receivers' epochs sent before the next
       // one.
-      const std::size_t most = by_stamps() ? kBlock : vehicle.receivers.size();
-      for (std::size_t taken = 0; taken < most; ++taken) {
+      const std::size_t maximum = by_stamps() ? kBlock : vehicle.receivers.size();
+      for (std::size_t taken = 0; taken < maximum; ++taken) {
         const auto next = std::min_element(
             vehicle.receivers.begin(), vehicle.receivers.end(), [](const Schedule& a, const Schedule& b) {
               return !a.epochs.over() && (b.epochs.over() || a.epochs.next_ns() < b.epochs.next_ns());

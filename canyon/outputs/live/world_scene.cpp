@@ -22,7 +22,7 @@ using raytrace::InstanceId;
 /// exact within 10 km, and a distant object would reduce the accuracy for all others.
 constexpr double kReach_m = 10'000;
 /// Static links farther than this from the world's origin are left out.
-constexpr double kLargestWorld_m = 100'000;
+constexpr double kMaxWorld_m = 100'000;
 /// Number of unmoved static models that are checked in each step, in turn.
 constexpr std::size_t kStaticChecks = 16;
 
@@ -333,11 +333,11 @@ struct WorldScene::Impl {
       if (model.movable) continue;
       for (const TrackedLink& part : model.links) {
         const Eigen::Isometry3d pose = isometry(part.pose);
-        if (!is_finite(part.pose) || pose.translation().norm() > kLargestWorld_m) {
+        if (!is_finite(part.pose) || pose.translation().norm() > kMaxWorld_m) {
           note(
               fmt::format("'{}' is left out: it is more than {:.0f} km from the world's origin, or its "
                           "position is not finite",
-                          model.name, kLargestWorld_m / 1e3));
+                          model.name, kMaxWorld_m / 1e3));
           continue;
         }
         append_mesh(mesh, part.mesh, enu_from_world * pose);

@@ -613,7 +613,7 @@ constexpr std::array<Number, sizeof...(term)> range_term_values(std::index_seque
 
 /// kSignalColumns with the columns of receiver::range_terms() after sigma_m.
 std::vector<Column> signal_columns() {
-  static constexpr auto kValues = range_term_values(std::make_index_sequence<receiver::kMostRangeTerms>());
+  static constexpr auto kValues = range_term_values(std::make_index_sequence<receiver::kMaxRangeTerms>());
   std::vector<Column> columns(kSignalColumns.begin(), kSignalColumns.end());
   auto at = std::find_if(columns.begin(), columns.end(),
                          [](const Column& c) { return std::string_view(c.name) == "sigma_m"; });

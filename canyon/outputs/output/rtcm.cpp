@@ -22,7 +22,7 @@ using gnss::System;
 namespace {
 
 constexpr std::int64_t kMillisecond_ns = 1'000'000;
-constexpr std::size_t kMostCells = 64;
+constexpr std::size_t kMaxCells = 64;
 constexpr int kRoughSteps = 1024;   ///< of a millisecond: DF398
 constexpr int kNoRoughRange = 255;  ///< ms, DF397
 
@@ -96,13 +96,13 @@ std::vector<Observations::Satellite> Observations::satellites_of(const RawEpoch&
     satellite.rough = std::llround(middle_ms * kRoughSteps);
     // Signals over different paths may differ by more than the range of fine rates: the mid-range leaves out
     // the fewest.
-    double least_mps = HUGE_VAL, most_mps = -HUGE_VAL;
+    double least_mps = HUGE_VAL, max_mps = -HUGE_VAL;
     for (const auto& cell : satellite.cells) {
       if (!cell.rate_mps) continue;
       least_mps = std::min(least_mps, *cell.rate_mps);
-      most_mps = std::max(most_mps, *cell.rate_mps);
+      max_mps = std::max(max_mps, *cell.rate_mps);
     }
-    satellite.rough_mps = or_none((least_mps + most_mps) / 2, 14);
+    satellite.rough_mps = or_none((least_mps + max_mps) / 2, 14);
     std::sort(satellite.cells.begin(), satellite.cells.end(),
               [](const auto& a, const auto& b) { return a.signal < b.signal; });
     if (system == System::GLONASS) {
@@ -132,7 +132,7 @@ std::vector<Bits> Observations::messages(const receiver::ReceiverEpoch& seen, st
     std::vector<Satellite> all = satellites_of(raw, system);
     for (const Satellite& satellite : all)
       for (const auto& cell : satellite.cells) signals.insert(cell.signal);
-    const std::size_t room = signals.empty() ? 1 : kMostCells / signals.size();
+    const std::size_t room = signals.empty() ? 1 : kMaxCells / signals.size();
     for (std::size_t i = 0; i < all.size(); i += room) {
       const auto begin = all.begin() + static_cast<std::ptrdiff_t>(i);
       const auto end = all.begin() + static_cast<std::ptrdiff_t>(std::min(i + room, all.size()));

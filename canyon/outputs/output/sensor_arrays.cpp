@@ -174,8 +174,8 @@ void NpzWriter::add(std::string_view name, const std::vector<double>& values, st
   const std::string header = npy_header(values.size() / columns, columns);
   const std::string_view data(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(double));
   Member member{fmt::format("{}.npy", name)};
-  constexpr std::uint64_t kMost = 4'200'000'000;  // leaves room for the list
-  if (size_ + header.size() + data.size() > kMost) {
+  constexpr std::uint64_t kMax = 4'200'000'000;  // leaves room for the list
+  if (size_ + header.size() + data.size() > kMax) {
     throw InputError(fmt::format("array {} does not fit into a .npz file (limit 4 GiB)", name),
                      "simulate a shorter run or a lower rate, or write imu.csv");
   }

@@ -323,7 +323,7 @@ std::string format_summary_table(const std::vector<RunSummary>& summaries) {
   }
   constexpr std::size_t kPerBlock = 4;  // receivers side by side on 80 to 100 columns
   std::string text;
-  const std::size_t shown = std::min(summaries.size(), kMostSummarized);
+  const std::size_t shown = std::min(summaries.size(), kMaxSummarized);
   for (std::size_t first = 0; first < shown; first += kPerBlock) {
     const auto receivers = std::span(summaries).subspan(first, std::min(kPerBlock, shown - first));
     TextRow head{""};

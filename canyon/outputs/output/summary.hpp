@@ -86,9 +86,9 @@ struct SummaryMetric {
 [[nodiscard]] std::string markdown(std::span<const SummaryMetric> metrics);
 
 /// The metrics as a table for terminals, one column for each receiver (four side by side), "-" for NaN. Shows
-/// the first kMostSummarized receivers and the number of the others. Ends with a newline; empty for no
+/// the first kMaxSummarized receivers and the number of the others. Ends with a newline; empty for no
 /// receivers. ASCII except the receivers' names.
 [[nodiscard]] std::string format_summary_table(const std::vector<RunSummary>& summaries);
-inline constexpr std::size_t kMostSummarized = 16;
+inline constexpr std::size_t kMaxSummarized = 16;
 
 }  // namespace canyon::output

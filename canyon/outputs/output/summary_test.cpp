@@ -146,7 +146,7 @@ TEST(Summary, EmptyRun) {
 
 TEST(Summary, ShowsTheFirstOfManyReceivers) {
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < kMostSummarized + 5; ++i) names.push_back(fmt::format("r{}.", i));
+  for (std::size_t i = 0; i < kMaxSummarized + 5; ++i) names.push_back(fmt::format("r{}.", i));
   const std::string table = format_summary_table(SummarySink(names).summaries());
   EXPECT_THAT(table, testing::AllOf(HasSubstr("r15."), HasSubstr("5 more receivers")));
   EXPECT_EQ(table.find("r16."), std::string::npos);

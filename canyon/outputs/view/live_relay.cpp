@@ -19,7 +19,7 @@
 namespace canyon::view {
 namespace {
 
-constexpr std::size_t kLongestLine = std::size_t{4} << 20;
+constexpr std::size_t kMaxLine = std::size_t{4} << 20;
 constexpr int kWait_ms = 20;
 
 /// Connects to a host's listening address.
@@ -49,7 +49,7 @@ Eigen::Vector3d position_of(const Json& message) {
 struct Host {
   std::string address;
   std::unique_ptr<transport::Transport> transport;
-  transport::LineCutter lines{kLongestLine};
+  transport::LineCutter lines{kMaxLine};
   Json hello;                                ///< its last "hello"; null: none yet
   geodesy::GpsTime begin;                    ///< sent by this host
   std::map<std::string, std::string> names;  ///< of its receivers on the page

@@ -99,7 +99,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
     clocks.idle_timeout = shared_->options.timeout;
     clocks.keep_alive_pings = true;
     stream_.set_option(clocks);
-    stream_.read_message_max(shared_->options.most_message_bytes);
+    stream_.read_message_max(shared_->options.max_message_bytes);
     stream_.async_accept(request, [self = shared_from_this()](error_code error) {
       if (error) return;
       self->shared_->sockets.insert(self.get());
@@ -111,13 +111,13 @@ class Socket : public std::enable_shared_from_this<Socket> {
   /// @param must it is never dropped: an answer, or the greeting
   /// @param answer the next message is read once it is sent
   void send(Text text, bool must, bool answer = false) {
-    if (!must && waiting_.size() >= shared_->options.most_waiting) {
+    if (!must && waiting_.size() >= shared_->options.max_queued) {
       // The first may be on its way.
       const auto oldest =
           std::find_if(waiting_.begin() + 1, waiting_.end(), [](const Waiting& w) { return !w.must; });
       if (oldest != waiting_.end()) waiting_.erase(oldest);
       ++shared_->dropped;
-      if (waiting_.size() >= shared_->options.most_waiting) return;
+      if (waiting_.size() >= shared_->options.max_queued) return;
     }
     waiting_.push_back({std::move(text), must, answer});
     if (waiting_.size() == 1) write();
@@ -195,7 +195,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void read() {
     shared_->idle.push_back(this);
     parser_.emplace();
-    parser_->header_limit(static_cast<std::uint32_t>(shared_->options.most_header_bytes));
+    parser_->header_limit(static_cast<std::uint32_t>(shared_->options.max_header_bytes));
     parser_->body_limit(0);
     stream_.expires_after(shared_->options.timeout);
     http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
@@ -358,7 +358,7 @@ struct Server::Impl {
         });
         return;
       }
-      bool free = shared->clients < shared->options.most_clients;
+      bool free = shared->clients < shared->options.max_clients;
       if (!free && !shared->idle.empty()) {
         shared->idle.front()->close();
         free = true;
@@ -414,8 +414,8 @@ void Server::send(std::string message) {
              });
 }
 
-bool Server::flush(std::chrono::milliseconds most) {
-  const auto until = std::chrono::steady_clock::now() + most;
+bool Server::flush(std::chrono::milliseconds maximum) {
+  const auto until = std::chrono::steady_clock::now() + maximum;
   const auto idle = [shared = impl_->shared] {
     return std::all_of(shared->sockets.begin(), shared->sockets.end(),
                        [](const Socket* s) { return s->idle(); });

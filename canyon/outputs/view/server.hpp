@@ -16,11 +16,11 @@ struct ServerOptions {
   int port = 0;  ///< of 127.0.0.1; 0: a free one
   /// Connections at a time. A further one replaces the longest idle one; it is closed at once if none is
   /// idle.
-  std::size_t most_clients = 48;          ///< >= 1
-  std::size_t most_header_bytes = 8192;   ///< of an HTTP request; it has no body
-  std::size_t most_message_bytes = 4096;  ///< of a WebSocket message to the server
+  std::size_t max_clients = 48;          ///< >= 1
+  std::size_t max_header_bytes = 8192;   ///< of an HTTP request; it has no body
+  std::size_t max_message_bytes = 4096;  ///< of a WebSocket message to the server
   /// Messages queued for a slow WebSocket client, >= 2; the oldest are dropped if there are more.
-  std::size_t most_waiting = 64;
+  std::size_t max_queued = 64;
   /// Time-out for receiving a request, for sending a response, and for a WebSocket client's answer to a ping.
   std::chrono::milliseconds timeout{20'000};
 };
@@ -53,8 +53,8 @@ class Server {
   /// Sends a message to every WebSocket client. Returns at once; a client that does not read loses the oldest
   /// messages. From any thread.
   void send(std::string message);
-  /// Waits until all messages are sent; false if clients do not receive them within `most`.
-  bool flush(std::chrono::milliseconds most);
+  /// Waits until all messages are sent; false if clients do not receive them within `maximum`.
+  bool flush(std::chrono::milliseconds maximum);
   /// Present connections, and messages dropped since the beginning. From any thread.
   [[nodiscard]] std::size_t clients() const;
   [[nodiscard]] std::size_t dropped() const;

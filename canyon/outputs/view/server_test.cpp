@@ -183,7 +183,7 @@ TEST_F(ServerTest, RefusesOtherMethodsBodiesLongHeadersAndGarbage) {
 
 TEST_F(ServerTest, BoundsItsClients) {
   ServerOptions options;
-  options.most_clients = 2;
+  options.max_clients = 2;
   const Server server(site(), options);
   Client first(server);
   ASSERT_TRUE(comes_true([&] { return server.clients() == 1; }));
@@ -202,7 +202,7 @@ TEST_F(ServerTest, TurnsAwayMoreThanItsClientsAtWork) {
   large.resize(64'000'000, 'x');  // more than the system's buffers hold
   put("large.bin", large);
   ServerOptions options;
-  options.most_clients = 1;
+  options.max_clients = 1;
   const Server server(site(), options);
   Client at_work(server);
   at_work.write("GET /view/large.bin HTTP/1.1\r\n" + host(server) + "\r\n");
@@ -286,7 +286,7 @@ TEST_F(ServerTest, EndsAClientWhoseMessageIsTooLong) {
 
 TEST_F(ServerTest, DropsTheOldestForAClientThatDoesNotReadAndNothingForOthers) {
   ServerOptions options;
-  options.most_waiting = 4;
+  options.max_queued = 4;
   options.timeout = std::chrono::milliseconds(1000);
   Server server(site(), options);
   {

@@ -251,17 +251,17 @@ TEST(Shadowing, PassesFromStateToStateInAStraightLine) {
   options.numbers->clear_sigma_db = options.numbers->shadowed_sigma_db = 0;
   One shadowing(options, 2);
   double before = shadowing.level_db(0);
-  double least = 0, most = -100;
+  double least = 0, maximum = -100;
   for (int i = 1; i < 4000; ++i) {
     const double level = shadowing.level_db(0.1 * i);
     // 8 dB in 2.2 m.
     EXPECT_LE(std::abs(level - before), 8 / 2.2 * 0.1 + 1e-9);
     least = std::min(least, level);
-    most = std::max(most, level);
+    maximum = std::max(maximum, level);
     before = level;
   }
   EXPECT_EQ(least, -9);
-  EXPECT_EQ(most, -1);
+  EXPECT_EQ(maximum, -1);
 }
 
 TEST(Shadowing, StandsStillAtOnePlace) {

@@ -30,9 +30,9 @@ constexpr double kTurnover_m = 300;
 constexpr double kOvertaking = 0.1;
 constexpr double kLane_m = 3.3, kPavement_m = 3;
 // Weaker reflections are omitted: 26 dB below those of an endless wall.
-constexpr double kLeastReflection = 0.05;
+constexpr double kMinReflection = 0.05;
 // Paths with less of their amplitude left are removed: 40 dB.
-constexpr double kLeastLeft = 0.01;
+constexpr double kMinLeft = 0.01;
 constexpr double kAntennaMargin_m = 0.3;
 
 // Hash salts of the rows.
@@ -243,7 +243,7 @@ void Streets::pass(const Vector3d& antenna, propagation::SatelliteView& view, co
   std::size_t mirrored = paths.size();
   std::vector<std::uint64_t> of_body;  // of the paths in front of `mirrored`
   if (direct) {
-    const double least = options_.strength ? kLeastReflection : 0;
+    const double least = options_.strength ? kMinReflection : 0;
     for (const Body& body : bodies_) {
       if (body.kind != Body::Kind::Vehicle) continue;
       for (int side = 0; side < 4; ++side) {
@@ -286,7 +286,7 @@ void Streets::pass(const Vector3d& antenna, propagation::SatelliteView& view, co
     path.reflector = propagation::reflector_id(
         path.kind, {static_cast<std::uint32_t>(cut_by >> 32), static_cast<std::uint32_t>(cut_by)});
   }
-  std::erase_if(paths, [](const Path& path) { return path.amplitude_factor < kLeastLeft; });
+  std::erase_if(paths, [](const Path& path) { return path.amplitude_factor < kMinLeft; });
 }
 
 void Streets::apply(const propagation::Antenna& antenna, propagation::Arrival& arrival) {

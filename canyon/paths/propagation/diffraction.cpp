@@ -25,7 +25,7 @@ constexpr double kSamePoint = 2e-3;  // m
 /// Faces must be free from the edge for this far; a quarter of the wavelength of L1.
 constexpr double kStep = 0.05;  // m
 /// A point is lifted by at most this multiple of the offset, if the angle between the faces is nearly 0.
-constexpr double kMostLift = 4;
+constexpr double kMaxLift = 4;
 /// Of L1, for nu and the loss; excess paths do not depend on it.
 constexpr double kWavelength_m = geodesy::kSpeedOfLight / gnss::kL1_hz;
 
@@ -54,7 +54,7 @@ DiffractionScratch& diffraction_scratch() {
 /// Off the edge into the air, so that the point is `offset_m` above both faces.
 Vector3d lift(const Edge& edge, double offset_m) {
   const Vector3d outward = edge.outward();
-  const double above = std::max(outward.dot(edge.normal[0]), 1 / kMostLift);
+  const double above = std::max(outward.dot(edge.normal[0]), 1 / kMaxLift);
   return offset_m / above * outward;
 }
 

@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 using geodesy::kPi;
 
 /// Smaller cosines of patches are set to this one (0.06 deg from grazing).
-constexpr double kLeastCosine = 1e-3;
+constexpr double kMinSeenCosine = 1e-3;
 /// Length [m] of a piece of facade with one scattering strength.
 constexpr double kPiece_m = 8;
 /// Puts a wall at a whole coordinate into one row of cubes; on their faces, rounding would select the cube.
@@ -241,7 +241,7 @@ struct DiffuseScattering::Impl {
         patch.lifted = point + scene->surface_offset_m(point) * patch.normal;
         patch.moves = hit->instance != 0;
         if (!patch.moves) patch.cell = facades.cell(hit->triangle, point, hit->front);
-        patch.cos_seen = std::max(-patch.normal.dot(towards), kLeastCosine);
+        patch.cos_seen = std::max(-patch.normal.dot(towards), kMinSeenCosine);
         patch.fraction = carried * reflected * (scattered_before ? 1 : scattered);
         patches.push_back(patch);
         carried *= reflected;
@@ -307,12 +307,12 @@ struct DiffuseScattering::Impl {
     const auto stronger = [](const DiffusePath& a, const DiffusePath& b) {
       return coarse(a.power) != coarse(b.power) ? coarse(a.power) > coarse(b.power) : a.bin < b.bin;
     };
-    const auto most = static_cast<std::size_t>(options.max_paths);
+    const auto maximum = static_cast<std::size_t>(options.max_paths);
     for (const Class& of : s.classes) {
-      if (result.size() == most && coarse(of.power) < coarse(result.back().power)) break;
+      if (result.size() == maximum && coarse(of.power) < coarse(result.back().power)) break;
       const DiffusePath path = sum_up(antenna, direction, grid_direction, of, s);
       if (!(path.power > 0 && path.power >= min_power)) continue;
-      if (result.size() == most) {
+      if (result.size() == maximum) {
         if (!stronger(path, result.back())) continue;
         result.pop_back();
       }

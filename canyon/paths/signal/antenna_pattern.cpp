@@ -14,7 +14,7 @@ namespace canyon::signal {
 namespace {
 
 constexpr double kDeaf = -200;
-constexpr double kLargest = 300;
+constexpr double kMax = 300;
 
 /// A row whose LHCP gain follows from the axial ratio.
 PatternPoint row(double elevation_deg, double rhcp_dbic, double axial_ratio) {
@@ -35,7 +35,7 @@ void check(const std::vector<PatternPoint>& points, const std::string& name) {
     if (!(point.elevation_deg >= -90 && point.elevation_deg <= 90 && point.elevation_deg > last))
       throw InputError(fmt::format("antenna pattern '{}': elevation {} deg", name, point.elevation_deg),
                        "give strictly increasing elevations from -90 to 90");
-    if (!(std::abs(point.rhcp_dbic) <= kLargest && std::abs(point.lhcp_dbic) <= kLargest))
+    if (!(std::abs(point.rhcp_dbic) <= kMax && std::abs(point.lhcp_dbic) <= kMax))
       throw InputError(fmt::format("antenna pattern '{}': gains {} and {} dBic at {} deg", name,
                                    point.rhcp_dbic, point.lhcp_dbic, point.elevation_deg),
                        "give gains within 300 dB");

@@ -28,7 +28,7 @@ using Eigen::Vector3d;
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kL1_hz = 1575.42e6;
-constexpr int kRays = 20000, kMost = 6;
+constexpr int kRays = 20000, kMax = 6;
 
 /// Fraction of power that a wall reflects, mean of both polarisations [1], by its material and whole degrees
 /// of incidence.
@@ -87,7 +87,7 @@ int main(int argc, char** argv) {
           if (routes.find('D') == std::string::npos) reached[routes] += 1;
           break;
         }
-        if (surfaces[hit->triangle] == canyon::city::Surface::Terrain || routes.size() == kMost) break;
+        if (surfaces[hit->triangle] == canyon::city::Surface::Terrain || routes.size() == kMax) break;
         const Vector3d normal = hit->front ? hit->normal : Vector3d(-hit->normal);
         const double cosine = std::min(1.0, -normal.dot(towards));
         const Vector3d point = from + hit->range_m * towards;

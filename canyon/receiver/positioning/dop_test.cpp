@@ -62,7 +62,7 @@ TEST(Dop, GeometryWithoutAnAnswerIsEmpty) {
   EXPECT_FALSE(dop_of_directions(cone));
   const std::vector<Eigen::Vector3d> same(6, Eigen::Vector3d::UnitZ());
   EXPECT_FALSE(dop_of_directions(same));
-  const std::vector<Eigen::Vector3d> many(kMostRows + 1, Eigen::Vector3d::UnitZ());
+  const std::vector<Eigen::Vector3d> many(kMaxRows + 1, Eigen::Vector3d::UnitZ());
   EXPECT_EQ(test::refusal([&] { (void)dop_of_directions(many); }),
             "601 satellites at one epoch; give 600 at most");
 }

@@ -336,8 +336,8 @@ class Solver {
   /// doppler_equation() of satellites over its deviation, and its solution for velocity and clock drift by
   /// normal equations: rates have few digits, and most of the solutions only select weights.
   struct Rates {
-    std::array<gnss::SatelliteId, kMostRows> ids;
-    Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor, kMostRows, 4> design;
+    std::array<gnss::SatelliteId, kMaxRows> ids;
+    Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor, kMaxRows, 4> design;
     Rows rate, weight, residual;  // weight: of rows, on top
     Eigen::LDLT<Eigen::Matrix4d> normal;
     Eigen::Vector4d x;

@@ -48,9 +48,9 @@ Dop dop_from_cofactor(const Cofactor& cofactor_enu) {
 }
 
 void check_rows(std::size_t rows) {
-  if (rows > static_cast<std::size_t>(kMostRows))
+  if (rows > static_cast<std::size_t>(kMaxRows))
     throw InputError(fmt::format("{} satellites at one epoch", rows),
-                     fmt::format("give {} at most", kMostRows));
+                     fmt::format("give {} at most", kMaxRows));
 }
 
 std::optional<Dop> dop_of_directions(std::span<const Eigen::Vector3d> directions) {

@@ -29,12 +29,12 @@ enum class DopRating : std::uint8_t { Ideal, Excellent, Good, Moderate, Fair, Po
 /// the worse class. Canyon rates PDOP. NaN is Poor.
 [[nodiscard]] DopRating rate_dop(double dop);
 
-inline constexpr int kMostRows = 100 * static_cast<int>(gnss::kSystemCount);  ///< each satellite once
+inline constexpr int kMaxRows = 100 * static_cast<int>(gnss::kSystemCount);  ///< each satellite once
 /// Throws InputError if there are more rows than the matrices below have.
 void check_rows(std::size_t rows);
 /// A design matrix, one row for each satellite, and its right side, without allocation.
-using Design = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostRows, 8>;
-using Rows = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostRows, 1>;
+using Design = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxRows, 8>;
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxRows, 1>;
 /// Cofactor matrix (A^T A)^-1, by QR with column pivoting. Empty if the rank, at pivots above `threshold` of
 /// the largest, is below the number of columns.
 using Cofactor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 8, 8>;
@@ -44,7 +44,7 @@ using Cofactor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Co
 [[nodiscard]] Dop dop_from_cofactor(const Cofactor& cofactor_enu);
 
 /// DOP of satellites of one system in directions (unit, ENU, antenna to satellite), without measurements.
-/// Empty if they do not determine position and clock. Throws InputError beyond kMostRows.
+/// Empty if they do not determine position and clock. Throws InputError beyond kMaxRows.
 [[nodiscard]] std::optional<Dop> dop_of_directions(std::span<const Eigen::Vector3d> directions);
 
 /// Horizontal protection level [m] that a receiver may report with a fix: K d_major, d_major the semi-major

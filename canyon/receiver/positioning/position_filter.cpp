@@ -90,7 +90,7 @@ double excess_of_residuals(const FilterEpoch& epoch, const Fix& fix, const FixOp
 /// excess_variance() of the residuals at the filter's position, of all satellites above the masks.
 double excess_of_innovations(const FilterState& filter, const FilterEpoch& epoch) {
   // Farther beyond the gate it has no more information on the position, which the satellite does not move.
-  const double most_sigmas = 2 * kGateSigmas;
+  const double max_sigmas = 2 * kGateSigmas;
   double squares = 0;
   int count = 0;
   std::array<bool, kConstellations.size()> clock{};
@@ -98,7 +98,7 @@ double excess_of_innovations(const FilterState& filter, const FilterEpoch& epoch
     if (!satellite.above_mask) continue;
     update_satellite_geometry(satellite, filter.position());
     const FilterRow row = pseudorange_row(filter, satellite);
-    squares += std::pow(std::min(std::abs(row.innovation) / (row.sigma * row.fraction), most_sigmas), 2);
+    squares += std::pow(std::min(std::abs(row.innovation) / (row.sigma * row.fraction), max_sigmas), 2);
     ++count;
     clock[clock_index(satellite.measured->id.system)] = true;
   }
@@ -214,13 +214,13 @@ bool correct(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double dt,
 
 /// excess_variance() of the Dopplers at the filter's velocity, of all satellites above the masks.
 double excess_of_dopplers(const FilterState& filter, const FilterEpoch& epoch) {
-  constexpr double kMostSigmas = 8;
+  constexpr double kMaxSigmas = 8;
   double squares = 0;
   int count = 0;
   for (const RangedSatellite& satellite : epoch.satellites) {
     if (!satellite.above_mask || !satellite.measured->doppler_hz) continue;
     const FilterRow row = doppler_row(filter, satellite);
-    squares += std::pow(std::min(std::abs(row.innovation) / row.sigma, kMostSigmas), 2);
+    squares += std::pow(std::min(std::abs(row.innovation) / row.sigma, kMaxSigmas), 2);
     ++count;
   }
   return excess_variance(squares, count - 4);

@@ -231,12 +231,12 @@ TEST(Raim, StopsAtMaxExclusions) {
   TestDrive drive(sky(3), kTime, kPosition, 3);
   std::vector<Measurement> measurements = drive.measure();
   for (std::size_t i = 0; i < 4; ++i) measurements[4 * i].pseudorange_m += 200 + 50 * static_cast<double>(i);
-  for (const int most : {1, 2, 3}) {
+  for (const int maximum : {1, 2, 3}) {
     FixOptions options = with_raim();
-    options.raim.max_exclusions = most;
+    options.raim.max_exclusions = maximum;
     const Fix fix = solve_fix(kTime, measurements, sky(3), options);
     ASSERT_TRUE(fix.solved());
-    EXPECT_EQ(static_cast<int>(fix.excluded.size()), most);
+    EXPECT_EQ(static_cast<int>(fix.excluded.size()), maximum);
     EXPECT_EQ(fix.consistent, false);
     EXPECT_EQ(fix.used.size() + fix.excluded.size(), measurements.size());
   }

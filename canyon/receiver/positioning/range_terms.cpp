@@ -158,7 +158,7 @@ void add_range_term(const RangeTerm& term) {
   std::vector<RangeTerm>& table = range_term_table();
   if (term.truth_m == nullptr)
     throw InputError(fmt::format("the range term '{}' has no truth", term.name), "set RangeTerm::truth_m");
-  if (table.size() >= kMostRangeTerms) {
+  if (table.size() >= kMaxRangeTerms) {
     throw InputError(fmt::format("no space for the range term '{}': a range has at most {} terms", term.name,
                                  table.size()),
                      "combine several effects in one term, or increase kMostRangeTerms and rebuild");

@@ -130,11 +130,11 @@ enum class RangeTermId : std::uint8_t {
   CarrierPhaseOffset
 };
 
-inline constexpr std::size_t kMostRangeTerms = 16;
+inline constexpr std::size_t kMaxRangeTerms = 16;
 /// All terms. Cycles of a carrier phase are not included: integers are not counted in metres.
 [[nodiscard]] std::span<const RangeTerm> range_terms();
 /// Appends a term for an experiment; call it before the first run. Throws InputError for a term without a
-/// truth, and beyond kMostRangeTerms, the size of the arrays of terms.
+/// truth, and beyond kMaxRangeTerms, the size of the arrays of terms.
 void add_range_term(const RangeTerm& term);
 /// Removes the last added term, if any.
 void remove_range_term();

@@ -27,7 +27,7 @@ TEST(RangeTerms, NumbersAreThePlacesInTheTable) {
                                                      {Id::Noise, "noise"},
                                                      {Id::CarrierPhaseOffset, "turn of the carrier"}};
   ASSERT_EQ(range_terms().size(), std::size(kNames));
-  ASSERT_LE(range_terms().size(), kMostRangeTerms);
+  ASSERT_LE(range_terms().size(), kMaxRangeTerms);
   for (const auto& [id, name] : kNames) EXPECT_EQ(range_terms()[static_cast<std::size_t>(id)].name, name);
 }
 
@@ -62,15 +62,15 @@ TEST(RangeTerms, ASolverTakesOffTheModelOfANewRow) {
   EXPECT_NEAR(satellite.space_m, 2, 1e-9);  // at the zenith
 }
 
-// Arrays have kMostRangeTerms elements: a further one would be written beyond their end.
+// Arrays have kMaxRangeTerms elements: a further one would be written beyond their end.
 TEST(RangeTerms, NoMoreThanTheArraysHold) {
   const std::size_t own = range_terms().size();
   const RangeTerm term{"made up", RangeTermOf::Space, [](const RangeState&) { return CodeAndCarrier{}; }};
-  for (std::size_t k = own; k < kMostRangeTerms; ++k) add_range_term(term);
+  for (std::size_t k = own; k < kMaxRangeTerms; ++k) add_range_term(term);
   EXPECT_THAT(test::refusal([&] { add_range_term(term); }),
               ::testing::HasSubstr("no space for the range term 'made up': a range has at most 16 terms"));
-  EXPECT_EQ(range_terms().size(), kMostRangeTerms);
-  for (std::size_t k = 0; k < kMostRangeTerms; ++k) remove_range_term();
+  EXPECT_EQ(range_terms().size(), kMaxRangeTerms);
+  for (std::size_t k = 0; k < kMaxRangeTerms; ++k) remove_range_term();
   EXPECT_EQ(range_terms().size(), own);
   EXPECT_THROW(add_range_term({"empty", RangeTermOf::Space, nullptr}), InputError);
 }

@@ -26,7 +26,7 @@ using positioning::FixKind;
 constexpr double kUnknownPosition_m = 30;
 constexpr double kUnknownClock_m = 100, kUnknownAmbiguity_m = 30;
 /// Echoes shift phases of a direct signal by at most a quarter of a cycle.
-constexpr double kLeastSlip_cycles = 0.3;
+constexpr double kMinSlip_cycles = 0.3;
 /// Weight of an epoch in the mean square of innovations.
 constexpr double kSquaresWeight = 0.1;
 /// Errors of codes are constant for this time [s]: more epochs in it add no information.
@@ -419,7 +419,7 @@ void BaselineFilter::take_phases() {
       const double normalised = std::abs(innovation.normalised());
       BaselineSlot& slot = state_.slots[*d.slot];
       const bool beyond = normalised > kGateSigmas;
-      if (beyond && std::abs(innovation.value) > kLeastSlip_cycles * d.rover->wavelength_m) {
+      if (beyond && std::abs(innovation.value) > kMinSlip_cycles * d.rover->wavelength_m) {
         // A slip: its ambiguity restarts from this epoch's observations.
         state_.reset(BaselineState::index(*d.slot), (d.phase_m - d.code_m - jump_m) / d.rover->wavelength_m,
                      std::pow(kUnknownAmbiguity_m / d.rover->wavelength_m, 2));

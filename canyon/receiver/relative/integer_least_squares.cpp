@@ -21,7 +21,7 @@ using Eigen::VectorXd;
 constexpr double kSure = 0.999;
 constexpr Index kShortSearch = 20;
 /// Beyond this, doubles lose the fractional part.
-constexpr double kLargest = 1e12;
+constexpr double kMax = 1e12;
 /// Larger multiples would grow without bound.
 constexpr double kLargeMultiple = 100;
 
@@ -213,7 +213,7 @@ class Search {
 };
 
 bool are_usable(const VectorXd& real, const MatrixXd& covariance) {
-  return covariance.allFinite() && real.allFinite() && real.cwiseAbs().maxCoeff() < kLargest;
+  return covariance.allFinite() && real.allFinite() && real.cwiseAbs().maxCoeff() < kMax;
 }
 
 }  // namespace

@@ -24,9 +24,9 @@ constexpr double kKeptRatio = 1.5, kKeptFraction = 0.75;
 /// kCertainRatio times RtkOptions::ratio: one search in many passes the ratio test by chance.
 constexpr double kCertainRatio = 2;
 /// Minimum number of pairs of satellites for a search.
-constexpr std::size_t kFewestPairs = 4;
+constexpr std::size_t kMinPairs = 4;
 /// Minimum number of satellites for a fix.
-constexpr int kFewestSatellites = 5;
+constexpr int kMinSatellites = 5;
 /// Satellites below this are used in the filter, not in the search: 15 deg.
 constexpr double kFixElevation_rad = 0.26179938779914941;
 /// Partial fixing: each further search omits this many more satellites.
@@ -241,7 +241,7 @@ std::optional<WholeNumbers> WholeNumberSearch::find_among(std::vector<std::size_
         return true;
       });
     }
-    if (remaining < kFewestSatellites) break;
+    if (remaining < kMinSatellites) break;
     begins.push_back(ordered.size());
   }
   ordered.insert(ordered.end(), among.rbegin(), among.rend());
@@ -251,7 +251,7 @@ std::optional<WholeNumbers> WholeNumberSearch::find_among(std::vector<std::size_
   std::vector<Set> sets;
   for (const std::size_t begin : begins) {
     const Set set{begin, all.slots.size() - all.before[begin]};
-    if (set.pairs >= kFewestPairs) sets.push_back(set);
+    if (set.pairs >= kMinPairs) sets.push_back(set);
   }
   if (sets.empty()) return std::nullopt;
   std::optional<WholeNumbers> result;

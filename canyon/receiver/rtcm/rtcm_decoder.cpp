@@ -26,7 +26,7 @@ namespace {
 constexpr std::int64_t kMillisecond_ns = 1'000'000;
 constexpr std::int64_t kDay_ms = 86'400'000, kWeek_ms = 7 * kDay_ms;
 constexpr int kNoRoughRange = 255;  ///< ms, DF397
-constexpr int kMostCells = 64;
+constexpr int kMaxCells = 64;
 
 /// The instant nearest to `now` that is `ms` after the start of a period of GPS time: a week or a day.
 GpsTime nearest(GpsTime now, std::int64_t ms, std::int64_t period_ms) {
@@ -375,7 +375,7 @@ RangeTable range_table(std::shared_ptr<const orbit::Sky> sky, const Eigen::Vecto
 
 std::vector<std::optional<double>> whole_milliseconds(const std::vector<PartialRange>& ranges) {
   // The receiver's clock by each satellite, modulo a millisecond: finds the majority's one.
-  std::size_t most = 0;
+  std::size_t maximum = 0;
   double clock_m = 0;
   for (const PartialRange& centre : ranges) {
     const double at_m = wrapped(centre.modulo_m - centre.predicted_m, kMillisecond_m);
@@ -387,12 +387,12 @@ std::vector<std::optional<double>> whole_milliseconds(const std::vector<PartialR
       sum_m += off_m;
       ++count;
     }
-    if (count <= most) continue;
-    most = count;
+    if (count <= maximum) continue;
+    maximum = count;
     clock_m = wrapped(at_m + sum_m / static_cast<double>(count), kMillisecond_m);
   }
   std::vector<std::optional<double>> whole(ranges.size());
-  if (most < 4 || 3 * most < 2 * ranges.size()) return whole;
+  if (maximum < 4 || 3 * maximum < 2 * ranges.size()) return whole;
   for (std::size_t i = 0; i < ranges.size(); ++i) {
     const PartialRange& range = ranges[i];
     const double expected_m = range.predicted_m + clock_m;
@@ -450,7 +450,7 @@ void CorrectionsDecoder::read_msm(Fields& fields, GpsTime now, Epochs& complete)
   const int satellite_count = std::popcount(satellites), signal_count = std::popcount(signals);
   const int mask_bits = satellite_count * signal_count;
   if (fields.missing()) return problem(fields, "shorter than its header");
-  if (mask_bits > kMostCells) return problem(fields, "the masks have more than 64 cells");
+  if (mask_bits > kMaxCells) return problem(fields, "the masks have more than 64 cells");
   const std::uint64_t mask = fields.take(static_cast<std::size_t>(mask_bits));
   const auto cell_count = static_cast<std::size_t>(std::popcount(mask));
   const std::size_t code_bits = fine ? 20 : 15, phase_bits = fine ? 24 : 22, lock_bits = fine ? 10 : 4,

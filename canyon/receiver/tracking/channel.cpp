@@ -46,8 +46,8 @@ double remembered(SpectrumValues& known, const propagation::Spectrum& spectrum, 
   const auto found =
       std::find_if(known.begin(), known.end(), [&](const auto& each) { return each.first == spectrum; });
   if (found != known.end()) return found->second;
-  constexpr std::size_t kMost = 256;  // limit for jammers with ever changing frequencies
-  if (known.size() >= kMost) known.clear();
+  constexpr std::size_t kMax = 256;  // limit for jammers with ever changing frequencies
+  if (known.size() >= kMax) known.clear();
   return known.emplace_back(spectrum, compute()).second;
 }
 
@@ -241,7 +241,7 @@ void Channel::choose_path(const ChannelModel::Kind& kind, const SignalOptions& o
   // follow their fading.
   signal::path_amplitudes(view, carrier_hz, options.antenna, options.strength, amplitudes_);
   tracked_ = 0;
-  constexpr double kLeastHere = 0.03;
+  constexpr double kMinHere = 0.03;
   const unsigned signal_bit = 1U << gnss::index_of(*signal_);
   double strongest = -1;
   double strongest_anywhere = -1;
@@ -253,7 +253,7 @@ void Channel::choose_path(const ChannelModel::Kind& kind, const SignalOptions& o
     const double near =
         loop_ ? std::abs(correlation.value((loop_->delay_m - path.excess_m) / correlation.chip_m())) : 1;
     // A loop with a code lock ignores a spoofer's code that is far off.
-    if (amplitude > strongest_anywhere && (path.kind != PathKind::Transmitted || near >= kLeastHere)) {
+    if (amplitude > strongest_anywhere && (path.kind != PathKind::Transmitted || near >= kMinHere)) {
       strongest_anywhere = amplitude;
       anywhere = i;
     }
@@ -265,7 +265,7 @@ void Channel::choose_path(const ChannelModel::Kind& kind, const SignalOptions& o
     }
   }
   // Below it the replica conflicts with all paths, and the carrier is that of another one.
-  if (strongest < kLeastHere * strongest_anywhere) tracked_ = anywhere;
+  if (strongest < kMinHere * strongest_anywhere) tracked_ = anywhere;
 }
 
 void Channel::fade_paths(const ChannelModel::Kind& kind, const ChannelModel& model,

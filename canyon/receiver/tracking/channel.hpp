@@ -94,7 +94,7 @@ class ChannelModel {
   std::string receiver_, stream_name_;
   PathPhases phases_;
   std::map<const gnss::Signal*, SpectrumValues> spectra_;  // within the front end, cached
-  std::array<std::array<std::unique_ptr<Kind>, gnss::kMostSignals>, gnss::kSystemCount> kinds_;
+  std::array<std::array<std::unique_ptr<Kind>, gnss::kMaxSignals>, gnss::kSystemCount> kinds_;
 };
 
 /// The antenna at one epoch.

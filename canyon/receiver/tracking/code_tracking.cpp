@@ -188,7 +188,7 @@ struct CodeTracker::Search {
   Search(const CodeTracker& of, std::span<const Averaged> averaged, double strongest)
       : tracker(of), paths(averaged) {
     const double r0 = of.correlation_.value(0);
-    least_power = kLeastPrompt * strongest * r0 * r0;
+    least_power = kMinPrompt * strongest * r0 * r0;
     for (const Averaged& path : paths) {
       if (path.power() <= 0) continue;
       low = std::min(low, path.delay_chips - 1);
@@ -216,14 +216,14 @@ struct CodeTracker::Search {
 
   /// The zero that the loop converges to from `start`. A start without pull is a zero if D rises there.
   [[nodiscard]] std::optional<CodeLock> run(double start) const {
-    const double most = tracker.step_chips_;
+    const double maximum = tracker.step_chips_;
     const Pull pulled = tracker.pull(start, paths);
     ZeroSearch<double> search;
     if (!pulled.silent()) {
-      search.run(start, pulled.d, tracker.gain_chips_ * pulled.d / pulled.power, most);
+      search.run(start, pulled.d, tracker.gain_chips_ * pulled.d / pulled.power, maximum);
       return finish(search);
     }
-    for (double step = most / 1024; step <= most; step *= 2) {
+    for (double step = maximum / 1024; step <= maximum; step *= 2) {
       const double d_low = look(start - step), d_high = look(start + step);
       if (!(d_low < 0 && d_high > 0)) continue;
       search.refine(start - step, start + step, d_low, d_high);
@@ -239,7 +239,7 @@ struct CodeTracker::Search {
     ZeroSearch<double> later, earlier;
     later.scan(start, d_start, 1, step, step);
     earlier.scan(start, d_start, -1, step, step);
-    for (int i = 0; i < ZeroSearch<double>::kMostLooks / 2; ++i) {
+    for (int i = 0; i < ZeroSearch<double>::kMaxLooks / 2; ++i) {
       for (ZeroSearch<double>* search : {&later, &earlier}) {
         const double at = search->at;
         if (!inside(at)) continue;
@@ -426,7 +426,7 @@ std::optional<CodeLock> CodeTracker::follow(CodeLoopState& state, std::span<cons
   state.delay_m = delay * chip_m;
   const double r0 = correlation_.value(0);
   const CodeLock lock = prompt(delay, at_end);
-  if (lock.prompt_power < kLeastPrompt * power.strongest * r0 * r0) return std::nullopt;
+  if (lock.prompt_power < kMinPrompt * power.strongest * r0 * r0) return std::nullopt;
   return lock;
 }
 
@@ -434,11 +434,11 @@ std::shared_ptr<const CodeTracker> shared_code_tracker(const CorrelationOptions&
                                                        const DllOptions& loop) {
   static std::mutex mutex;
   static std::vector<std::shared_ptr<const CodeTracker>> made;
-  constexpr std::size_t kMost = 64;  // limit for receivers whose options never repeat: calibration
+  constexpr std::size_t kMax = 64;  // limit for receivers whose options never repeat: calibration
   const std::lock_guard lock(mutex);
   for (const auto& each : made)
     if (each->correlation().options() == signal && each->options() == loop) return each;
-  if (made.size() >= kMost) made.erase(made.begin());
+  if (made.size() >= kMax) made.erase(made.begin());
   return made.emplace_back(std::make_shared<const CodeTracker>(signal, loop));
 }
 

@@ -16,7 +16,7 @@
 namespace canyon::tracking {
 
 /// A loop whose prompt correlator has less than this fraction of the strongest path's power has no lock.
-inline constexpr double kLeastPrompt = 1e-3;
+inline constexpr double kMinPrompt = 1e-3;
 
 /// How a delay lock loop forms its error signal from correlators E (early), P (prompt) and L (late).
 enum class Discriminator : std::uint8_t {

@@ -410,13 +410,13 @@ TEST(CodeTracker, RandomPathsGiveStableZeros) {
     const CodeTracker& loop = loops[static_cast<std::size_t>(k) % loops.size()];
     const double chip = loop.correlation().chip_m();
     std::vector<SignalPath> paths(1 + static_cast<std::size_t>(random.uniform() * (k % 50 == 0 ? 120 : 6)));
-    double least = kInfinite, most = 0, amplitude = 0;
+    double least = kInfinite, maximum = 0, amplitude = 0;
     for (SignalPath& path : paths) {
       path.delay_m = 600 * random.uniform();
       path.amplitude = std::polar(random.uniform(), 2 * kPi * random.uniform());
       path.fading_hz = random.normal();
       least = std::min(least, path.delay_m);
-      most = std::max(most, path.delay_m);
+      maximum = std::max(maximum, path.delay_m);
       amplitude += std::abs(path.amplitude);
     }
     std::optional<double> prior;
@@ -425,7 +425,7 @@ TEST(CodeTracker, RandomPathsGiveStableZeros) {
     if (!lock) continue;
     ++locked;
     EXPECT_GE(lock->delay_m, least - chip);
-    EXPECT_LE(lock->delay_m, most + chip);
+    EXPECT_LE(lock->delay_m, maximum + chip);
     EXPECT_GT(lock->prompt_power, 0);
     const double h = 1e-7 * chip;
     const double rounding = 1e-14 * amplitude * amplitude;

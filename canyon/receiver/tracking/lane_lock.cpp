@@ -114,7 +114,7 @@ template <std::size_t Width>
 [[gnu::always_inline]] inline void find_peaks(const Group& group, Lanes<Width>& strongest,
                                               Lanes<Width>& tau) {
   const Group g = group;
-  Lanes<Width> most{}, at{}, peak;
+  Lanes<Width> maximum{}, at{}, peak;
   peak.fill(-1);
   for (std::size_t q = 0; q < g.paths; ++q) {
     Lanes<Width> r{}, i{}, c{};
@@ -134,7 +134,7 @@ template <std::size_t Width>
     for (std::size_t k = 0; k < Width; ++k) {
       const float power = r[k] * r[k] + i[k] * i[k] + c[k];
       const float own = re[k] * re[k] + im[k] * im[k] + incoherent[k];
-      most[k] = own > most[k] ? own : most[k];
+      maximum[k] = own > maximum[k] ? own : maximum[k];
       const int stronger = power > peak[k] * (1 + 1e-6F);
       const int alike = (power >= peak[k] * (1 - 1e-6F)) & (delay < at[k]) & (peak[k] >= 0);
       const int taken = (own > 0) & (stronger | alike);
@@ -142,7 +142,7 @@ template <std::size_t Width>
       at[k] = taken != 0 ? delay : at[k];
     }
   }
-  strongest = most;
+  strongest = maximum;
   tau = at;
 }
 
@@ -194,7 +194,7 @@ LaneCodeLock::LaneCodeLock(std::shared_ptr<const CodeTracker> tracker) : tracker
   half_spacing_ = static_cast<float>(loop.spacing_chips / 2);
   step_ = static_cast<float>(tracker_->step_chips());
   gain_ = static_cast<float>(tracker_->gain_chips());
-  least_ = static_cast<float>(kLeastPrompt * r.value(0) * r.value(0));
+  least_ = static_cast<float>(kMinPrompt * r.value(0) * r.value(0));
 }
 
 template <std::size_t Width>

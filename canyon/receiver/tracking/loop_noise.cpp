@@ -175,9 +175,9 @@ double spectral_separation_per_hz(const Correlation& signal, double carrier_hz, 
                     rate, density) /
            other.width_hz;
   }
-  const int most = static_cast<int>(std::ceil(other.width_hz * other.period_s)) + 16;
+  const int maximum = static_cast<int>(std::ceil(other.width_hz * other.period_s)) + 16;
   double sum = 0;
-  for (int k = -most; k <= most; ++k) {
+  for (int k = -maximum; k <= maximum; ++k) {
     const double line_hz = k / other.period_s;
     if (std::abs(offset + line_hz) <= edge) sum += chirp_line(other, line_hz) * density(offset + line_hz);
   }

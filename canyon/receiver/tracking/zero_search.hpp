@@ -17,7 +17,7 @@ struct ZeroSearch {
   static constexpr Real kSilent = sizeof(Real) == sizeof(float) ? Real(3e-6) : Real(1e-13);
   /// Accuracy of a found zero [chips].
   static constexpr Real kWidth = sizeof(Real) == sizeof(float) ? Real(1e-5) : Real(1e-10);
-  static constexpr int kMostLooks = 8000;  ///< evaluations of one search
+  static constexpr int kMaxLooks = 8000;  ///< evaluations of one search
 
   State state = State::Lost;
   Real at = 0;  ///< next delay to evaluate D at; if Found: the zero
@@ -25,20 +25,20 @@ struct ZeroSearch {
   [[nodiscard]] bool looking() const { return state == State::Scanning || state == State::Refining; }
 
   /// Scans from `start` in a direction, +1 or -1; D is known there.
-  void scan(Real start, Real d, Real direction, Real first_step, Real most_step) {
+  void scan(Real start, Real d, Real direction, Real first_step, Real max_step) {
     *this = {};
     state = State::Scanning;
     direction_ = direction;
-    most_step_ = most_step;
-    step_ = std::clamp(first_step, most_step / 1024, most_step);
+    max_step_ = max_step;
+    step_ = std::clamp(first_step, max_step / 1024, max_step);
     at = start;
     note(d);
     at += direction_ * step_;
   }
   /// Scans in the direction in which D != 0 moves a replica, while it does. @param expected distance to the
   /// zero, if D were linear
-  void run(Real start, Real d, Real expected, Real most_step) {
-    scan(start, d, d < 0 ? Real(1) : Real(-1), Real(1.2) * std::abs(expected), most_step);
+  void run(Real start, Real d, Real expected, Real max_step) {
+    scan(start, d, d < 0 ? Real(1) : Real(-1), Real(1.2) * std::abs(expected), max_step);
     driven_ = true;
   }
   /// Between delays at which D is negative (low) and positive (high).
@@ -53,9 +53,9 @@ struct ZeroSearch {
     ++looks_;
     if (state == State::Refining) return narrow(d);
     if (note(d)) return;
-    step_ = std::min(2 * step_, most_step_);
+    step_ = std::min(2 * step_, max_step_);
     at += direction_ * step_;
-    if (looks_ >= kMostLooks || (driven_ && since_ < 0)) state = State::Lost;
+    if (looks_ >= kMaxLooks || (driven_ && since_ < 0)) state = State::Lost;
   }
 
  private:
@@ -105,7 +105,7 @@ struct ZeroSearch {
   }
 
   bool driven_ = false;  // the scan ends if D no longer moves the replica on
-  Real direction_ = 1, step_ = 0, most_step_ = 0;
+  Real direction_ = 1, step_ = 0, max_step_ = 0;
   Real from_ = 0, d_from_ = 0;
   int since_ = -1;  // samples since `from_`; -1: none
   Real low_ = 0, high_ = 0, d_low_ = 0, d_high_ = 0;

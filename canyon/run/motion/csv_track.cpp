@@ -213,12 +213,12 @@ class CsvReader {
   /// Goes to the header: the first line that names columns, or a comment above the first record that does.
   /// Else it is the first line, or the last comment above, if that has as many fields as the record.
   void find_header() {
-    constexpr int kMostTexts = 100;
+    constexpr int kMaxTexts = 100;
     TextFile ahead = TextFile::streamed(file_.path());
     int header = 0;
     std::size_t count = 0;  // of the fields of a comment
     bool named = false, started = false;
-    for (auto line = ahead.next_line(); line && (!started || ahead.line() <= kMostTexts);
+    for (auto line = ahead.next_line(); line && (!started || ahead.line() <= kMaxTexts);
          line = ahead.next_line()) {
       const std::string_view text = without_mark(*line);
       const Fields fields = csv_fields(text, separator_of(text));

@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::size_t kMostPoses = 64;
+constexpr std::size_t kMaxPoses = 64;
 constexpr double kDrift = 200e-6;  // of a sender's clock: more than that of any crystal
 
 double seconds(std::int64_t ns) {
@@ -54,7 +54,7 @@ PoseTrack::Taken PoseTrack::add(const ReportedPose& sent, std::int64_t now_ns) {
   Sample sample = after_last(sent, *pose, now_ns);
   if (options_.by_stamp && set) samples_.clear();
   samples_.push_back(std::move(sample));
-  if (samples_.size() > kMostPoses) samples_.pop_front();
+  if (samples_.size() > kMaxPoses) samples_.pop_front();
   return Taken::Yes;
 }
 

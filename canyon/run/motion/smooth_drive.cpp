@@ -17,7 +17,7 @@ using geodesy::GpsTime;
 
 constexpr double kFractionOfLeg = 0.45;
 constexpr double kReversal_rad = 170.0 / 180 * geodesy::kPi;
-constexpr std::size_t kMostPoints = 10'000'000;
+constexpr std::size_t kMaxPoints = 10'000'000;
 constexpr double kLevel = 1e-3;         // directions with a smaller horizontal part have no heading
 constexpr double kOnTheSpot_radps = 1;  // rotation rate at rest
 constexpr double kEarthRadius_m = 6.371e6;
@@ -227,9 +227,9 @@ SmoothDrive smooth_drive(const std::vector<Waypoint>& waypoints, double accelera
   drive.duration_s = stops.front().hold_s;
   for (const Ride& ride : make_rides(stops, acceleration_mps2)) {
     const double duration_s = ride.duration_s();
-    constexpr double kMost_s = static_cast<double>(kMostPoints) * SmoothMotion::kStep_s;
-    if (!(duration_s < kMost_s - static_cast<double>(drive.motion.points()) * SmoothMotion::kStep_s)) {
-      throw InputError(fmt::format("the drive is too long: it moves for more than {:.0f} s", kMost_s),
+    constexpr double kMax_s = static_cast<double>(kMaxPoints) * SmoothMotion::kStep_s;
+    if (!(duration_s < kMax_s - static_cast<double>(drive.motion.points()) * SmoothMotion::kStep_s)) {
+      throw InputError(fmt::format("the drive is too long: it moves for more than {:.0f} s", kMax_s),
                        "leave acceleration_mps2 out, or shorten the drive");
     }
     drive.motion.add(drive.duration_s, duration_s, [&](double t) {

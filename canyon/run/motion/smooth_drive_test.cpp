@@ -81,7 +81,7 @@ struct Extremes {
   double velocity_error = 0, acceleration_error = 0, yaw_rate_error = 0;
 };
 Extremes extremes_of(const Trajectory& drive) {
-  Extremes most;
+  Extremes maximum;
   constexpr double kStep = 0.004;
   const geodesy::LocalFrame frame(drive.at(drive.begin()).position);
   const auto local = [&](const Pose& pose, const Eigen::Vector3d& enu) -> Eigen::Vector3d {
@@ -92,22 +92,22 @@ Extremes extremes_of(const Trajectory& drive) {
     const Pose a = drive.at(kStart + t), b = drive.at(kStart + (t + kStep)),
                c = drive.at(kStart + (t + 2 * kStep));
     const Eigen::Vector3d v = local(b, b.velocity_enu_mps), u = local(b, b.acceleration_enu_mps2);
-    most.speed = std::max(most.speed, v.norm());
-    most.acceleration = std::max(most.acceleration, u.norm());
-    most.jerk =
-        std::max(most.jerk, (local(c, c.acceleration_enu_mps2) - local(a, a.acceleration_enu_mps2)).norm() /
-                                (2 * kStep));
+    maximum.speed = std::max(maximum.speed, v.norm());
+    maximum.acceleration = std::max(maximum.acceleration, u.norm());
+    maximum.jerk = std::max(
+        maximum.jerk,
+        (local(c, c.acceleration_enu_mps2) - local(a, a.acceleration_enu_mps2)).norm() / (2 * kStep));
     const Eigen::Vector3d moved =
         frame.local_from_geodetic(c.position) - frame.local_from_geodetic(a.position);
-    most.velocity_error = std::max(most.velocity_error, (moved / (2 * kStep) - v).norm());
-    most.acceleration_error =
-        std::max(most.acceleration_error,
+    maximum.velocity_error = std::max(maximum.velocity_error, (moved / (2 * kStep) - v).norm());
+    maximum.acceleration_error =
+        std::max(maximum.acceleration_error,
                  ((local(c, c.velocity_enu_mps) - local(a, a.velocity_enu_mps)) / (2 * kStep) - u).norm());
-    most.yaw_rate_error = std::max(
-        most.yaw_rate_error,
+    maximum.yaw_rate_error = std::max(
+        maximum.yaw_rate_error,
         std::abs(std::remainder(c.yaw_rad - a.yaw_rad, 2 * geodesy::kPi) / (2 * kStep) - b.yaw_rate_radps));
   }
-  return most;
+  return maximum;
 }
 
 // Sharp and blunt corners, a short leg, a hold, a return, climbs and other speeds: no limit is exceeded, and
@@ -119,16 +119,16 @@ TEST(SmoothDrive, KeepsItsLimits) {
        Waypoint{at(150, -20, 15), 12, 6}, Waypoint{at(60, -60, 15), 8}, Waypoint{at(150, -20, 15), 14},
        Waypoint{at(150, -20, 60), 3}, Waypoint{at(400, 200, 40), 14}},
       2);
-  const Extremes most = extremes_of(drive);
-  EXPECT_LE(most.speed, 14 + 1e-4);
-  EXPECT_GT(most.speed, 13.9);
-  EXPECT_LE(most.acceleration, 2 + 1e-4);
-  EXPECT_GT(most.acceleration, 1.95);
-  EXPECT_LE(most.jerk, 2 * 2 / SmoothMotion::kBox_s + 1e-3);
+  const Extremes maximum = extremes_of(drive);
+  EXPECT_LE(maximum.speed, 14 + 1e-4);
+  EXPECT_GT(maximum.speed, 13.9);
+  EXPECT_LE(maximum.acceleration, 2 + 1e-4);
+  EXPECT_GT(maximum.acceleration, 1.95);
+  EXPECT_LE(maximum.jerk, 2 * 2 / SmoothMotion::kBox_s + 1e-3);
   // Bounds for central differences over 4 ms.
-  EXPECT_LT(most.velocity_error, 2e-5);
-  EXPECT_LT(most.acceleration_error, 2e-4);
-  EXPECT_LT(most.yaw_rate_error, 2e-4);
+  EXPECT_LT(maximum.velocity_error, 2e-5);
+  EXPECT_LT(maximum.acceleration_error, 2e-4);
+  EXPECT_LT(maximum.yaw_rate_error, 2e-4);
 }
 
 // The vehicle rests during a hold; it also stops at a return, and rotates there.
@@ -180,10 +180,10 @@ TEST(SmoothMotion, SmoothsARecordedPath) {
     EXPECT_LT(apart, 1.2 * SmoothMotion::kVariance_s2 / 2 * 0.5) << t;
     EXPECT_NEAR(b.yaw_rate_radps, 0.1, 0.003) << t;
   }
-  const Extremes most = extremes_of(smooth);
-  EXPECT_LT(most.velocity_error, 1e-5);
-  EXPECT_LT(most.acceleration_error, 1e-4);
-  EXPECT_LT(most.yaw_rate_error, 1e-4);
+  const Extremes maximum = extremes_of(smooth);
+  EXPECT_LT(maximum.velocity_error, 1e-5);
+  EXPECT_LT(maximum.acceleration_error, 1e-4);
+  EXPECT_LT(maximum.yaw_rate_error, 1e-4);
 }
 
 // A level route of 20 km stays level over the ellipsoid, although its chord is 8 m below.

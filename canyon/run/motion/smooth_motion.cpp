@@ -44,9 +44,9 @@ UniformSpline::Point UniformSpline::at(double t_s) const {
 
   // Differences first, then means, so that small derivatives of large values keep their digits.
   std::array<Value, kDegree + 1> c;
-  const auto most = static_cast<std::ptrdiff_t>(points_.size()) - 1;
+  const auto maximum = static_cast<std::ptrdiff_t>(points_.size()) - 1;
   for (int j = 0; j <= kDegree; ++j) {
-    const auto index = std::clamp<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(knot) - 2 + j, 0, most);
+    const auto index = std::clamp<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(knot) - 2 + j, 0, maximum);
     c[static_cast<std::size_t>(j)] = points_[static_cast<std::size_t>(index)];
   }
   const auto mean = [&](int degree) {

@@ -24,7 +24,7 @@ constexpr double kCycle_rad = 2 * geodesy::kPi;
 constexpr float kSqrt2 = 1.41421356F;
 constexpr std::size_t kBlocksAtOnce = 64;
 /// Paths of less than this C/N0 [Hz] are left out.
-constexpr double kLeastCn0_hz = 1;
+constexpr double kMinCn0_hz = 1;
 
 /// Complex noise of power 1, flat within a band of this width about 0 Hz, a function of time: independent
 /// values 1 / width apart, interpolated by low_pass() in its kPhases phases.
@@ -100,7 +100,7 @@ struct Generator::State {
     const auto at = [&](double seconds) { return (seconds - segment.begin_s) / segment.length_s; };
     const double begin = at(begin_s), end = at(end_s), middle = (begin + end) / 2;
     const auto count = static_cast<double>(samples);
-    const double least = std::sqrt(kLeastCn0_hz * 2 / made.rate_hz);
+    const double least = std::sqrt(kMinCn0_hz * 2 / made.rate_hz);
     for (const SignalSegment::Signal& signal : segment.signals) {
       const double slot_rate = signal.waveform->slot_rate_hz();
       const double wavelength = kSpeedOfLight / signal.carrier_hz;
@@ -133,7 +133,7 @@ struct Generator::State {
       const double base = std::floor(lowest);
       // Extends beyond the end, for the last batch of samples.
       const auto length =
-          static_cast<std::size_t>(highest - base) + 2 + static_cast<std::size_t>(kMostSlots) * kLanes;
+          static_cast<std::size_t>(highest - base) + 2 + static_cast<std::size_t>(kMaxSlots) * kLanes;
       signal.waveform->send(static_cast<std::int64_t>(base), length, slots);
       for (PathBlock& path : paths) {
         path.slot -= base;

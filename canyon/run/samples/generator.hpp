@@ -61,7 +61,7 @@ class Generator {
   /// Contents of the samples so far.
   struct Contents {
     std::map<std::string, std::size_t> satellites;  ///< by "GPS L1CA", maximum over epochs
-    std::size_t most_paths = 0;                     ///< maximum at an epoch, of all satellites and signals
+    std::size_t max_paths = 0;                      ///< maximum at an epoch, of all satellites and signals
     std::vector<std::string> without_message;       ///< "G05 L5": its symbols are all 0
   };
   [[nodiscard]] Contents contents() const;

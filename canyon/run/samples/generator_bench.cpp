@@ -71,7 +71,7 @@ void four_seconds(benchmark::State& state) {
     simulation::RunOptions options;
     options.threads = threads;
     (void)simulation.run({&sink}, options);
-    paths = static_cast<double>(sink.generator.contents().most_paths);
+    paths = static_cast<double>(sink.generator.contents().max_paths);
     samples = static_cast<double>(sink.made);
   }
   using benchmark::Counter;

@@ -137,9 +137,9 @@ std::array<float, kNoiseSteps> noise_table() {
 
 template <typename Integer>
 Integer nearest(float scaled) {
-  constexpr float kMost = std::numeric_limits<Integer>::max();
-  const float low = scaled < -kMost ? -kMost : scaled;
-  const float within = low > kMost ? kMost : low;
+  constexpr float kMax = std::numeric_limits<Integer>::max();
+  const float low = scaled < -kMax ? -kMax : scaled;
+  const float within = low > kMax ? kMax : low;
   return static_cast<Integer>(static_cast<int>(within + std::copysign(0.5F, within)));
 }
 template <>
@@ -156,7 +156,7 @@ void SampleBlock::clear(std::size_t samples) {
 }
 
 void add_path(const Slots& slots, const PathBlock& path, SampleBlock& block) {
-  assert(path.slot >= 0 && path.slots_per_sample >= 0 && path.slots_per_sample <= kMostSlots);
+  assert(path.slot >= 0 && path.slots_per_sample >= 0 && path.slots_per_sample <= kMaxSlots);
   const auto position = static_cast<std::uint64_t>(std::ldexp(path.slot, 32));
   const auto step = static_cast<std::uint64_t>(std::llround(std::ldexp(path.slots_per_sample, 32)));
   assert((position + step * block.re.size()) >> 32U < slots.re.size());

@@ -14,7 +14,7 @@ namespace canyon::samples {
 /// Samples that are computed together.
 inline constexpr std::size_t kLanes = 16;
 /// Largest step of a code [slots per sample].
-inline constexpr double kMostSlots = 15;
+inline constexpr double kMaxSlots = 15;
 
 /// Baseband samples of a block, in units of the thermal noise: 1 is its standard deviation in each part.
 struct SampleBlock {
@@ -30,7 +30,7 @@ struct Slots {
 
 /// A path over one block: oscillators of code and carrier, each linear in the sample.
 struct PathBlock {
-  double slot = 0, slots_per_sample = 0;     ///< position in Slots at the first sample, >= 0; [0, kMostSlots]
+  double slot = 0, slots_per_sample = 0;     ///< position in Slots at the first sample, >= 0; [0, kMaxSlots]
   double cycles = 0, cycles_per_sample = 0;  ///< carrier phase at the first sample
   double amplitude = 0;
 };

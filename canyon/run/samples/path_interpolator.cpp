@@ -171,7 +171,7 @@ class Interpolator final : public PathInterpolator {
     if (!is_new) return found->second.get();
     Waveform waveform(id, signal, *whole_second);
     if (waveform.empty()) return nullptr;
-    if (waveform.slot_rate_hz() > kMostSlots * made_hz) {
+    if (waveform.slot_rate_hz() > kMaxSlots * made_hz) {
       throw InputError(fmt::format("{} samples per second are too few for {} {}", front_end.rate_hz,
                                    gnss::name(signal.system), signal.name),
                        "choose a higher sample rate");
@@ -293,7 +293,7 @@ class Interpolator final : public PathInterpolator {
     }
     for (const auto& [name, count] : satellites)
       counted.satellites[name] = std::max(counted.satellites[name], count);
-    counted.most_paths = std::max(counted.most_paths, paths);
+    counted.max_paths = std::max(counted.max_paths, paths);
   }
 
   [[nodiscard]] SignalSegment segment_to(const EpochSignals& now) {

@@ -142,7 +142,7 @@ void SampleFile::write(const simulation::Epoch& epoch) {
   clipped_ = of_epoch_ = 0;
   generator_.next(epoch, [this](const SampleBlock& block, std::size_t samples) { put(block, samples); });
   if (of_epoch_ > 0)
-    most_clipped_ = std::max(most_clipped_, static_cast<double>(clipped_) / static_cast<double>(of_epoch_));
+    max_clipped_ = std::max(max_clipped_, static_cast<double>(clipped_) / static_cast<double>(of_epoch_));
 }
 
 void SampleFile::put(const SampleBlock& block, std::size_t samples) {
@@ -249,9 +249,9 @@ std::vector<std::string> SampleFile::warnings() const {
                                    options_.path.string(), fmt::join(contents.without_message, ", ")));
   }
   constexpr double kMuch = 0.01;
-  if (most_clipped_ > kMuch) {
+  if (max_clipped_ > kMuch) {
     warnings.push_back(fmt::format("{}: up to {:.0f} % of the samples are clipped: reduce noise_level",
-                                   options_.path.string(), 100 * most_clipped_));
+                                   options_.path.string(), 100 * max_clipped_));
   }
   return warnings;
 }

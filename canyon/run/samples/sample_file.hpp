@@ -124,7 +124,7 @@ class SampleFile final : public simulation::EpochSink {
   std::string bytes_;
   std::uintmax_t samples_ = 0;
   std::size_t clipped_ = 0, of_epoch_ = 0;
-  double most_clipped_ = 0;  ///< clipped fraction of the parts of an epoch, maximum
+  double max_clipped_ = 0;  ///< clipped fraction of the parts of an epoch, maximum
   std::optional<geodesy::Geodetic> position_;
 };
 

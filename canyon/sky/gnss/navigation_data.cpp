@@ -116,7 +116,7 @@ bool is_healthy(const SbasEphemeris& e) {
 Validity validity(const KeplerEphemeris& e) {
   constexpr double kHour = 3600;
   // IS-GPS-200 table 20-XII: the longest fit interval is 146 h.
-  constexpr double kLongestFit = 146;
+  constexpr double kMaxFit = 146;
   switch (e.id.system) {
     case System::Galileo:
       return {0.5 * kHour, 4 * kHour};
@@ -128,7 +128,7 @@ Validity validity(const KeplerEphemeris& e) {
     case System::SBAS:
       break;
   }
-  const double half_fit = std::clamp(e.fit_interval_h / 2, 2.0, kLongestFit / 2) * kHour;
+  const double half_fit = std::clamp(e.fit_interval_h / 2, 2.0, kMaxFit / 2) * kHour;
   return {half_fit, half_fit};
 }
 

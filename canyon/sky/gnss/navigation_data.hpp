@@ -80,7 +80,7 @@ struct SbasEphemeris {
 };
 
 /// Maximum number of signals of a system; the tables of signals.cpp assert it.
-inline constexpr std::size_t kMostSignals = 8;
+inline constexpr std::size_t kMaxSignals = 8;
 
 /// Group delays that a newer message gives for signals [s], in the order of signals_of(); NaN: blank;
 /// infinity: no such field. GPS, QZSS CNAV, CNAV-2: TGD minus inter-signal correction
@@ -89,7 +89,7 @@ inline constexpr std::size_t kMostSignals = 8;
 struct SignalDelays {
   SatelliteId id;
   geodesy::GpsTime toc;
-  std::array<double, kMostSignals> group_delay_s{};
+  std::array<double, kMaxSignals> group_delay_s{};
 };
 
 /// Klobuchar coefficients of a system (GPS: GPSA/GPSB, BeiDou: BDSA/BDSB, QZSS: QZSA/QZSB).

@@ -116,7 +116,7 @@ static_assert(complete(kGps, System::GPS) && complete(kQzss, System::QZSS) &&
                   complete(kBeiDou, System::BeiDou) && complete(kSbas, System::SBAS),
               "a signal's row lacks its carrier, power, blocks or group delay");
 static_assert(std::max({std::size(kGps), std::size(kQzss), std::size(kGlonass), std::size(kGalileo),
-                        std::size(kBeiDou), std::size(kSbas)}) <= kMostSignals,
+                        std::size(kBeiDou), std::size(kSbas)}) <= kMaxSignals,
               "raise kMostSignals (up to 32, the bits of propagation::Path::signals)");
 
 struct BlockName {
@@ -239,8 +239,8 @@ std::vector<std::string_view> signal_names(bool only_received) {
   return names;
 }
 
-std::array<double, kMostSignals> group_delays_s(const KeplerEphemeris& e, bool fnav) {
-  std::array<double, kMostSignals> delays{};
+std::array<double, kMaxSignals> group_delays_s(const KeplerEphemeris& e, bool fnav) {
+  std::array<double, kMaxSignals> delays{};
   const std::span<const Signal> signals = signals_of(e.id.system);
   for (std::size_t i = 0; i < signals.size(); ++i) {
     const double ratio = signals.front().carrier_hz / signals[i].carrier_hz;

@@ -117,6 +117,6 @@ inline constexpr double kL1_hz = 1575.42e6;
 ///   BeiDou: clock of B3I, TGD1 at B1I and B1C, TGD2 at B2I and B2a (BDS-SIS-ICD-B1I 5.2.4.10).
 /// A signal's own delay in newer messages (SignalDelays) has priority.
 /// @param fnav Galileo: the message's clock is from F/NAV
-[[nodiscard]] std::array<double, kMostSignals> group_delays_s(const KeplerEphemeris& ephemeris, bool fnav);
+[[nodiscard]] std::array<double, kMaxSignals> group_delays_s(const KeplerEphemeris& ephemeris, bool fnav);
 
 }  // namespace canyon::gnss

@@ -33,7 +33,7 @@ TEST(Signals, AreOneOfEachNameAndCode) {
     std::set<std::string_view> names, codes;
     std::set<int> masks, numbers;
     const auto signals = signals_of(system);
-    ASSERT_LE(signals.size(), kMostSignals);
+    ASSERT_LE(signals.size(), kMaxSignals);
     EXPECT_EQ(signals.front().carrier_hz, l1_frequency_hz(system));
     for (std::size_t i = 0; i < signals.size(); ++i) {
       EXPECT_EQ(index_of(signals[i]), i);

@@ -94,7 +94,7 @@ struct Series {
 /// Group delays of single signals from the messages nearest in time.
 void set_delays(const std::vector<const gnss::SignalDelays*>& delays, GpsTime t, SatelliteState& state) {
   // A satellite sends several messages, each with fields for some of its signals.
-  std::array<const gnss::SignalDelays*, gnss::kMostSignals> nearest{};
+  std::array<const gnss::SignalDelays*, gnss::kMaxSignals> nearest{};
   for (const gnss::SignalDelays* each : delays) {
     for (std::size_t i = 0; i < nearest.size(); ++i) {
       if (std::isinf(each->group_delay_s[i])) continue;
@@ -395,7 +395,7 @@ namespace {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 constexpr double kOmega = geodesy::kPz90RotationRate;
-constexpr double kLargestStep = 60;  // [s]
+constexpr double kMaxStep = 60;  // [s]
 
 // Equations of motion in the rotating frame, ICD GLONASS L1, L2 5.1, A.3.1.2.
 Vector6d derivative(const Vector6d& x, const Eigen::Vector3d& luni_solar) {
@@ -426,7 +426,7 @@ Vector6d at_toe(const gnss::GlonassEphemeris& e) {
 void integrate(const gnss::GlonassEphemeris& e, Vector6d& x, double left) {
   const Eigen::Vector3d luni_solar(e.acceleration_mps2[0], e.acceleration_mps2[1], e.acceleration_mps2[2]);
   while (left != 0) {
-    const double h = std::abs(left) > kLargestStep ? std::copysign(kLargestStep, left) : left;
+    const double h = std::abs(left) > kMaxStep ? std::copysign(kMaxStep, left) : left;
     const Vector6d k1 = derivative(x, luni_solar);
     const Vector6d k2 = derivative(x + h / 2 * k1, luni_solar);
     const Vector6d k3 = derivative(x + h / 2 * k2, luni_solar);
@@ -470,7 +470,7 @@ struct GlonassOrbit::Steps {
       after[route][0] = at_toe(e);
       for (std::size_t i = 1; i <= kEach; ++i) {
         after[route][i] = after[route][i - 1];
-        integrate(e, after[route][i], route == 0 ? kLargestStep : -kLargestStep);
+        integrate(e, after[route][i], route == 0 ? kMaxStep : -kMaxStep);
       }
     }
   }
@@ -480,10 +480,10 @@ SatelliteState GlonassOrbit::propagate(const gnss::GlonassEphemeris& e, geodesy:
   std::call_once(computed_, [&] { steps_ = std::make_shared<const Steps>(e); });
   const double dt = t - e.toe;
   // The last step of integrate() may be a whole one.
-  const double steps = std::ceil(std::abs(dt) / kLargestStep) - 1;
+  const double steps = std::ceil(std::abs(dt) / kMaxStep) - 1;
   const auto whole = static_cast<std::size_t>(std::clamp<double>(steps, 0, Steps::kEach));
   Vector6d x = steps_->after[dt < 0 ? 1 : 0][whole];
-  integrate(e, x, dt - std::copysign(static_cast<double>(whole) * kLargestStep, dt));
+  integrate(e, x, dt - std::copysign(static_cast<double>(whole) * kMaxStep, dt));
   return state_of(e, x, dt);
 }
 

@@ -36,7 +36,7 @@ struct Apart {
 Apart apart(const std::shared_ptr<const Sky>& sky, geodesy::GpsTime from) {
   const CarriedSky carried(sky);
   EXPECT_EQ(carried.satellites(), sky->satellites());
-  Apart most;
+  Apart maximum;
   int compared = 0;
   for (int i = 0; i < 2000; ++i) {
     for (const gnss::SatelliteId id : sky->satellites()) {
@@ -44,14 +44,14 @@ Apart apart(const std::shared_ptr<const Sky>& sky, geodesy::GpsTime from) {
       EXPECT_EQ(is.has_value(), must.has_value());
       if (!is || !must) continue;
       ++compared;
-      most.position_m = std::max(most.position_m, (is->position_m - must->position_m).norm());
-      most.velocity_mps = std::max(most.velocity_mps, (is->velocity_mps - must->velocity_mps).norm());
-      most.clock_s = std::max(most.clock_s, std::abs(is->clock_bias_s - must->clock_bias_s));
+      maximum.position_m = std::max(maximum.position_m, (is->position_m - must->position_m).norm());
+      maximum.velocity_mps = std::max(maximum.velocity_mps, (is->velocity_mps - must->velocity_mps).norm());
+      maximum.clock_s = std::max(maximum.clock_s, std::abs(is->clock_bias_s - must->clock_bias_s));
       EXPECT_EQ(is->group_delay_s, must->group_delay_s);
     }
   }
   EXPECT_GE(compared, 2000);
-  return most;
+  return maximum;
 }
 
 TEST(CarriedSky, IsTheSkyWithinMicrometres) {

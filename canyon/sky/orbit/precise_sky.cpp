@@ -206,8 +206,8 @@ class Reader {
 
   void read_position(std::string_view line) {
     if (result_.epochs.empty()) throw file_.error("a position before the first epoch");
-    constexpr std::size_t kLongest = 80;
-    if (trim(line).size() > kLongest) throw file_.error("a line of more than 80 columns");
+    constexpr std::size_t kMax = 80;
+    if (trim(line).size() > kMax) throw file_.error("a line of more than 80 columns");
     const std::string_view name = column(line, 1, 3);
     const std::optional<gnss::SatelliteId> id = gnss::parse_satellite(name);
     if (!id) {
@@ -273,7 +273,7 @@ class Reader {
     }
     note_without("position", [](const Sp3Record& r) { return r.good_position; });
     note_without("clock", [](const Sp3Record& r) { return r.good_clock; });
-    result_.step_s = most_frequent_step();
+    result_.step_s = modal_step();
     return std::move(result_);
   }
 
@@ -292,14 +292,14 @@ class Reader {
                     "these satellites are left out");
   }
 
-  [[nodiscard]] double most_frequent_step() const {
+  [[nodiscard]] double modal_step() const {
     std::map<std::int64_t, int> counts;
     const std::vector<GpsTime>& epochs = result_.epochs;
     for (std::size_t i = 1; i < epochs.size(); ++i)
       ++counts[epochs[i].nanoseconds() - epochs[i - 1].nanoseconds()];
-    const auto most = std::max_element(counts.begin(), counts.end(),
-                                       [](const auto& a, const auto& b) { return a.second < b.second; });
-    return most == counts.end() ? 0 : static_cast<double>(most->first) * 1e-9;
+    const auto maximum = std::max_element(counts.begin(), counts.end(),
+                                          [](const auto& a, const auto& b) { return a.second < b.second; });
+    return maximum == counts.end() ? 0 : static_cast<double>(maximum->first) * 1e-9;
   }
 
   TextFile& file_;

@@ -21,7 +21,7 @@ struct SatelliteState {
   double group_delay_s = 0;  ///< TGD/BGD of the L1-band signal: its effective clock is bias - group delay
   double carrier_frequency_hz = 0;  ///< of the L1-band signal
   /// Group delays of the other signals of gnss::signals_of(), in their order after the first.
-  std::array<double, gnss::kMostSignals - 1> more_group_delays_s{};
+  std::array<double, gnss::kMaxSignals - 1> more_group_delays_s{};
 
   [[nodiscard]] double group_delay_of(const gnss::Signal& signal) const {
     const std::size_t index = gnss::index_of(signal);

@@ -86,7 +86,7 @@ constexpr std::int64_t kHeldWithin_ns = 10 * kMillisecond_ns;
 constexpr double kMaxBias_ns = 1e7, kMaxTime_ns = 500, kMaxRate_mps = 10, kMaxDeltaRange_m = 0.3;
 /// Minimum and maximum travel times with the clock's 10 ms: 64 ms from a GLONASS satellite in the zenith, 140
 /// ms from an inclined geosynchronous one at the horizon. Their middle resolves ambiguous times.
-constexpr std::int64_t kLeast_ns = 50 * kMillisecond_ns, kGreatest_ns = 150 * kMillisecond_ns;
+constexpr std::int64_t kMin_ns = 50 * kMillisecond_ns, kGreatest_ns = 150 * kMillisecond_ns;
 constexpr std::int64_t kUsual_ns = 86 * kMillisecond_ns;
 constexpr double kGreatestRate_mps = 1e4, kGreatestCn0 = 70;
 /// Maximum distance of a carrier from the nearest signal's: GLONASS's channels reach 4 MHz.
@@ -377,7 +377,7 @@ class AndroidReader {
     std::int64_t travel_ns = (received_ns - sent_ns - earliest_ns) % span->length_ns;
     if (travel_ns < 0) travel_ns += span->length_ns;
     travel_ns += earliest_ns;
-    if (travel_ns < kLeast_ns || travel_ns > kGreatest_ns) {
+    if (travel_ns < kMin_ns || travel_ns > kGreatest_ns) {
       return fmt::format("ReceivedSvTimeNanos {} of {} gives an impossible travel time of {:.4g} s", sent_ns,
                          gnss::to_string(signal.id), 1e-9 * static_cast<double>(travel_ns));
     }

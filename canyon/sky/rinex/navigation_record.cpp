@@ -196,8 +196,8 @@ gnss::KeplerEphemeris decode_kepler(gnss::SatelliteId id, const std::vector<std:
   }
 
   const GpsTime toe = closest_in_cycle(toc, toes, GpsTime::kSecondsPerWeek);
-  constexpr double kLongestFit_s = 4 * 3600;
-  if (std::abs(toe - toc) > kLongestFit_s)
+  constexpr double kMaxFit_s = 4 * 3600;
+  if (std::abs(toe - toc) > kMaxFit_s)
     throw DamagedRecord{fmt::format("clock epoch and toe are {:.1f} h apart", std::abs(toe - toc) / 3600)};
   // Below 0 or beyond a week if the message was sent in a week adjacent to that of toe.
   GpsTime sent = toe;
@@ -228,16 +228,16 @@ gnss::SignalDelays decode_signal_delays(gnss::SatelliteId id, const std::vector<
   delays.toc = parse_epoch(lines.front(), RecordLayout::kVersion3);
   if (!gps) delays.toc = delays.toc + std::chrono::seconds(geodesy::kBdtSecondsOffset);
   delays.group_delay_s.fill(std::numeric_limits<double>::infinity());
-  constexpr double kLargest_s = 1e-6;
+  constexpr double kMax_s = 1e-6;
   // Twelve or thirteen bits of 2^-34 or 2^-35 s; blank if the satellite sends "not known".
   const auto set = [&](std::string_view name, std::size_t tgd, std::optional<std::size_t> correction) {
     const bool blank = !f.at(tgd) || (correction && !f.at(*correction));
     const auto all = gnss::signals_of(id.system);
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (all[i].name != name) continue;
-      delays.group_delay_s[i] = blank ? std::numeric_limits<double>::quiet_NaN()
-                                      : f.required(tgd, "TGD", kLargest_s) -
-                                            (correction ? f.required(*correction, "ISC", kLargest_s) : 0);
+      delays.group_delay_s[i] =
+          blank ? std::numeric_limits<double>::quiet_NaN()
+                : f.required(tgd, "TGD", kMax_s) - (correction ? f.required(*correction, "ISC", kMax_s) : 0);
     }
   };
   if (gps) {

@@ -33,7 +33,7 @@ inline constexpr std::string_view kObservationKinds = "CLDS";
 /// by up to a quarter of a second.
 struct Plausible {
   const char *what, *unit;
-  double least, most;
+  double least, maximum;
 };
 inline constexpr std::array<Plausible, 4> kPlausibleValues{{{"pseudorange", "m", 1e7, 1e8},
                                                             {"carrier phase", "cycles", -1e11, 1e11},

@@ -434,7 +434,7 @@ struct RinexObservationReader::Impl {
       if (field != ObservationField::Number || value == 0) continue;
       value /= c.factor[kind];
       const Plausible& range = kPlausibleValues[kind];
-      if (value >= range.least && value <= range.most)
+      if (value >= range.least && value <= range.maximum)
         values[kind] = value;
       else
         note_impossible(kind, line, signal.id, value);
@@ -461,7 +461,7 @@ struct RinexObservationReader::Impl {
     const Plausible& range = kPlausibleValues[kind];
     report.notes.loss(
         line, fmt::format("'{}' has a {} of {:.10g} {}", to_string(id), range.what, value, range.unit),
-        fmt::format("values outside {:g} to {:g} are left out", range.least, range.most));
+        fmt::format("values outside {:g} to {:g} are left out", range.least, range.maximum));
   }
 
   [[nodiscard]] std::optional<int> indicator(int field, std::size_t offset) const {

@@ -23,7 +23,7 @@ constexpr double kUnix_s = 1e8;            // larger times count from 1970
 constexpr double kRows_hz = 1000;          // maximum for an estimate
 constexpr double kRounding_m2 = 1e-6;      // of covariances in files
 constexpr double kGpsEpoch_s = 315964800;  // UNIX time of 1980-01-06
-constexpr double kMostLeap_s = 18;         // GPS minus UTC
+constexpr double kMaxLeap_s = 18;          // GPS minus UTC
 
 enum Column { kTime, kUnix, kLatitude, kLongitude, kHeight, kHeading, kEe, kEn, kNn, kColumns };
 constexpr std::array<const char*, kColumns> kNames{"time_s",        "unix_s",    "latitude_deg",
@@ -89,7 +89,7 @@ class TrackBuilder {
   /// The likely unit of times outside the drive. @param t the last of them, as in the file
   [[nodiscard]] std::string hint(double t) const {
     const auto inside = [&](double time_s) { return time_s > -1 && time_s < duration_s_ + 1; };
-    if (inside(t + kGpsEpoch_s - kMostLeap_s - begin_unix_s_) || inside(t + kGpsEpoch_s - begin_unix_s_))
+    if (inside(t + kGpsEpoch_s - kMaxLeap_s - begin_unix_s_) || inside(t + kGpsEpoch_s - begin_unix_s_))
       return "they seem to be GPS seconds: give UNIX time, or seconds since the drive's begin";
     for (const auto& [unit, scale] :
          {std::pair("milliseconds", 1e-3), std::pair("microseconds", 1e-6), std::pair("nanoseconds", 1e-9)})

@@ -25,17 +25,17 @@ namespace {
 using Verdict = Estimate::Verdict;
 
 /// A signal with fewer pseudoranges counts as not tracked.
-constexpr std::size_t kFewestOfSignal = 20;
+constexpr std::size_t kMinOfSignal = 20;
 
 /// Fraction of the C/N0 values of hidden satellites below the tracking threshold, due to the noise of C/N0;
 /// and fraction of the first values after gaps below the acquisition threshold.
 constexpr double kWeakestFraction = 0.01, kWeakestFoundFraction = 0.1;
 /// A lost signal whose last C/N0 is within this of the threshold was lost because of it.
 constexpr double kNear_dB = 4;
-constexpr long kFewestLosses = 10;
+constexpr long kMinLosses = 10;
 /// Loops coast for up to this time; shorter gaps give no information on a threshold.
 constexpr double kGap_s = 3;
-constexpr std::size_t kFewestGaps = 20;
+constexpr std::size_t kMinGaps = 20;
 
 constexpr std::array<const char*, 9> kGroups{"BeiDou-GEO", "BeiDou-IGSO", "BeiDou-MEO",
                                              "BeiDou-2",   "BeiDou-3",    "GPS-IIR",
@@ -92,7 +92,7 @@ void add_leaves_out(std::span<const Observed> recorded, std::span<const std::set
   std::vector<std::string> after, basis;
   for (const std::string& group : receiver.options.leaves_out) {
     const auto of = seen.find(group);
-    if (of == seen.end() || of->second.tracked < kFewestOfSignal)
+    if (of == seen.end() || of->second.tracked < kMinOfSignal)
       after.push_back(group);
     else
       basis.push_back(fmt::format("{} is tracked", group));
@@ -107,7 +107,7 @@ void add_leaves_out(std::span<const Observed> recorded, std::span<const std::set
   for (const auto& systems : skies) offered.insert(systems.begin(), systems.end());
   for (const gnss::System system : offered) {
     const bool any = std::any_of(counts.begin(), counts.end(), [system](const auto& of) {
-      return of.first->system == system && of.second >= kFewestOfSignal;
+      return of.first->system == system && of.second >= kMinOfSignal;
     });
     const std::string name(gnss::name(system));
     if (any || receiver::tracked_signals(receiver.options.tracks, system).empty()) continue;
@@ -205,7 +205,7 @@ void add_tracked(std::span<const Observed> recorded, std::span<const std::set<gn
   }
   const auto is_recorded = [&counts](const gnss::Signal& signal) {
     const auto of = counts.find(&signal);
-    return signal.only_recorded.empty() && of != counts.end() && of->second >= kFewestOfSignal;
+    return signal.only_recorded.empty() && of != counts.end() && of->second >= kMinOfSignal;
   };
   // Names of signals are common to several systems: a name stays if a system that sends it has it recorded.
   std::vector<std::string> after, logged;
@@ -246,8 +246,8 @@ void add_step(std::span<const Observed> recorded, const simulation::ReceiverConf
   }
   const double before = receiver.options.signal.cn0_step_db;
   Estimate estimate{"signal.cn0_step_db", "dB", options::show(before)};
-  constexpr std::size_t kFewest = 100;
-  if (reported.size() < kFewest) {
+  constexpr std::size_t kMin = 100;
+  if (reported.size() < kMin) {
     estimate.basis = fmt::format("{} reported C/N0", reported.size());
     return result.add(std::move(estimate));
   }
@@ -289,27 +289,27 @@ void add_phase_threshold(std::span<const Observed> recorded, const simulation::R
   }
   const double before = receiver.options.signal.phase_threshold_dbhz;
   Estimate estimate{"signal.phase_threshold_dbhz", "dB-Hz", options::show(before)};
-  constexpr std::size_t kFewest = 30;
-  if (with < kFewest || items.size() - with < kFewest) {
+  constexpr std::size_t kMin = 30;
+  if (with < kMin || items.size() - with < kMin) {
     estimate.basis = fmt::format("{} clear signals with a phase and {} without", with, items.size() - with);
     return result.add(std::move(estimate));
   }
   std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.cn0_dbhz < b.cn0_dbhz; });
   // The threshold with the fewest misclassified items, in the middle between two reported values.
   const auto threshold = [&items](const auto& times) {
-    long wrong = 0, fewest = 0;
+    long wrong = 0, minimum = 0;
     for (const Item& item : items) wrong += item.phase ? 0 : times(item);
-    fewest = wrong;
+    minimum = wrong;
     double best = items.front().cn0_dbhz;
     for (std::size_t i = 0; i < items.size(); ++i) {
       wrong += (items[i].phase ? 1 : -1) * times(items[i]);
       if (i + 1 < items.size() && items[i + 1].cn0_dbhz == items[i].cn0_dbhz) continue;
-      if (wrong < fewest) {
-        fewest = wrong;
+      if (wrong < minimum) {
+        minimum = wrong;
         best = i + 1 < items.size() ? (items[i].cn0_dbhz + items[i + 1].cn0_dbhz) / 2 : items[i].cn0_dbhz;
       }
     }
-    return std::pair(best, fewest);
+    return std::pair(best, minimum);
   };
   const auto [value, wrong] = threshold([](const Item&) { return 1L; });
   std::vector<double> sampled;
@@ -346,14 +346,14 @@ void add_lock_thresholds(std::span<const Observed> recorded, const simulation::R
   tracking.basis = fmt::format("{} C/N0 of hidden satellites, {} losses from within {:g} dB of their weakest",
                                record.hidden.size(), lost, kNear_dB);
   // If signals are not lost near their weakest values, the recordings do not show how weak they may be.
-  result.add(lost >= kFewestLosses ? tracking : unidentified(tracking));
+  result.add(lost >= kMinLosses ? tracking : unidentified(tracking));
   const double lowest = *parse_double(result.estimates.back().after());
 
   Estimate acquisition =
       threshold_of(record.found, kWeakestFoundFraction, "signal.lock.acquisition_threshold_dbhz",
                    lock.acquisition_threshold_dbhz, sample_count);
   acquisition.basis = fmt::format("the first C/N0 after {} gaps", record.found.size());
-  bool identified = record.found.size() >= kFewestGaps;
+  bool identified = record.found.size() >= kMinGaps;
   const bool fitted = identified && acquisition.verdict == Verdict::Fitted;
   if ((fitted ? *parse_double(acquisition.recorded) : lock.acquisition_threshold_dbhz) < lowest) {
     identified = true;

@@ -14,7 +14,7 @@
 namespace canyon::study {
 namespace {
 
-constexpr std::size_t kMostStretches = 10'000;
+constexpr std::size_t kMaxStretches = 10'000;
 
 /// Epochs of one noise realization in one segment.
 struct Passed {
@@ -32,9 +32,9 @@ void add(Passes& passes, std::size_t occasion, std::size_t occasions, const Rece
   for (std::size_t i = 0; i < record.kept.size(); ++i) {
     const double travelled_m = record.kept.travelled_m[i];
     const auto stretch = static_cast<std::size_t>(travelled_m / step_m);
-    if (stretch >= kMostStretches) {
+    if (stretch >= kMaxStretches) {
       throw InputError(fmt::format("along_m: a route of {:.0f} m has more than {} segments of {} m",
-                                   travelled_m, kMostStretches, step_m),
+                                   travelled_m, kMaxStretches, step_m),
                        "use longer segments");
     }
     while (passes.size() <= stretch) passes.emplace_back(occasions);

@@ -21,13 +21,13 @@
 namespace canyon::study {
 namespace {
 
-constexpr std::uint32_t kMost = 100'000'000;
+constexpr std::uint32_t kMax = 100'000'000;
 constexpr double kYears100_s = 100 * 366 * 86'400.0;
 
 void visit_count(options::Visitor& v, std::optional<std::uint32_t>& count, std::string_view help) {
   std::uint32_t number = count.value_or(0);
   if (v.wants(v.reads() ? v.has("count") : count.has_value())) {
-    v.integer({"count", "", help, "none"}, number, 1, kMost);
+    v.integer({"count", "", help, "none"}, number, 1, kMax);
     if (v.reads()) count = number;
   }
 }
@@ -68,10 +68,10 @@ void visit_times(options::Visitor& v, Axis& o) {
 }
 
 /// StudyPlan rejects more, whatever max_runs is.
-constexpr double kMostValues = 1e12;
+constexpr double kMaxValues = 1e12;
 
 std::size_t steps(double span, double step) {
-  return static_cast<std::size_t>(std::min(std::max(0.0, span / step), kMostValues));
+  return static_cast<std::size_t>(std::min(std::max(0.0, span / step), kMaxValues));
 }
 
 void visit_unknowns(options::Visitor& v, Axis& o) {
@@ -81,7 +81,7 @@ void visit_unknowns(options::Visitor& v, Axis& o) {
        "number of samples of what the scenario leaves open: level of installations, obstacles, facades, "
        "position of the map",
        "none"},
-      sample_count, 1, kMost);
+      sample_count, 1, kMax);
   if (v.reads()) o.kind = Axis::Kind::Unknowns, o.count = sample_count;
   v.texts({"known", "", "unknowns that are not sampled: level, skyline, facades, map", "none"}, o.known);
   try {
@@ -100,8 +100,7 @@ std::string number_text(double value) {
 
 void visit(options::Visitor& v, DriveOptions& o) {
   v.require("count");
-  v.integer({"count", "", "number of random drives through the streets of the run's city"}, o.count, 1,
-            kMost);
+  v.integer({"count", "", "number of random drives through the streets of the run's city"}, o.count, 1, kMax);
   v.number({"length_m", "m", "length of each drive"}, o.length_m, {10, 1e6});
   v.number({"speed_mps", "m/s", "speed between waypoints"}, o.speed_mps, {0, 100, true});
   v.number({"acceleration_mps2", "m/s^2", "largest acceleration, along and across"}, o.acceleration_mps2,
@@ -133,7 +132,7 @@ void visit(options::Visitor& v, Axis& o) {
   }
   if (v.wants(v.reads() ? v.has("seeds") : o.kind == Axis::Kind::Seeds)) {
     std::uint32_t seeds = o.count.value_or(0);
-    v.integer({"seeds", "", "number of noise realizations: seed 1, 2, ...", "none"}, seeds, 1, kMost);
+    v.integer({"seeds", "", "number of noise realizations: seed 1, 2, ...", "none"}, seeds, 1, kMax);
     if (v.reads()) o.kind = Axis::Kind::Seeds, o.count = seeds;
   }
   if (v.wants(v.reads() ? v.has("unknowns") : o.kind == Axis::Kind::Unknowns)) visit_unknowns(v, o);

@@ -17,9 +17,9 @@ namespace canyon::study {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-/// Total samples of occasions: larger studies get fewer resamples, at least kLeastResamples.
+/// Total samples of occasions: larger studies get fewer resamples, at least kMinResamples.
 constexpr double kMaxSamples = 2e7;
-constexpr std::uint32_t kLeastResamples = 100;
+constexpr std::uint32_t kMinResamples = 100;
 
 std::optional<double> available_fraction(const ReceiverRecord& record) {
   const double epochs = std::accumulate(record.epochs.begin(), record.epochs.end(), 0.0);
@@ -76,7 +76,7 @@ std::string spread_text(const GroupComparison& comparison, std::size_t shown) {
   TextRow head = comparison.axes;
   head.emplace_back("receiver");
   const std::size_t words = head.size();
-  std::size_t fewest = kFewestOf90;
+  std::size_t minimum = kMinCountFor90;
   head.insert(head.end(), {"error, median [m]", "50 %", "90 %", "error, 95 % [m]", "50 %", "90 %"});
   std::vector<TextRow> rows;
   for (std::size_t i = 0; i < shown; ++i) {
@@ -88,22 +88,22 @@ std::string spread_text(const GroupComparison& comparison, std::size_t shown) {
       const auto at = [&values](double p) {
         return number(values.size() > 1 ? predictive_quantile(values, p) : kNan, 2);
       };
-      if (values.size() > 1) fewest = std::min(fewest, values.size());
+      if (values.size() > 1) minimum = std::min(minimum, values.size());
       row.insert(row.end(), {at(0.5), at(0.25) + ".." + at(0.75), at(0.05) + ".." + at(0.95)});
     }
   }
-  const std::optional<std::string> caution = caution_of_few(fewest, "runs");
+  const std::optional<std::string> caution = caution_of_few(minimum, "runs");
   return text_table(head, rows, {words, "", true}) +
          "medians of runs, and the intervals that contain half and 90 % of them\n" +
-         (caution ? fmt::format("{}; {} runs are needed\n", *caution, kFewestOf90) : "");
+         (caution ? fmt::format("{}; {} runs are needed\n", *caution, kMinCountFor90) : "");
 }
 
 }  // namespace
 
 Resamples occasion_resamples(const Manifest& manifest, std::size_t occasions) {
   const auto count = static_cast<std::uint32_t>(
-      std::clamp(kMaxSamples / static_cast<double>(occasions), static_cast<double>(kLeastResamples),
-                 static_cast<double>(std::max(kLeastResamples, manifest.bootstrap))));
+      std::clamp(kMaxSamples / static_cast<double>(occasions), static_cast<double>(kMinResamples),
+                 static_cast<double>(std::max(kMinResamples, manifest.bootstrap))));
   RandomStream random(manifest.seed, "study bootstrap");
   Resamples resamples(occasions > 1 ? count : 0);
   for (auto& sampled : resamples) {
@@ -214,7 +214,7 @@ std::string comparison_csv(const GroupComparison& comparison) {
 }
 
 std::string comparison_text(const Manifest& manifest, const GroupComparison& comparison) {
-  constexpr std::size_t kMostShown = 40;
+  constexpr std::size_t kMaxShown = 40;
   TextRow head = comparison.axes;
   head.insert(head.end(), {"receiver", "runs"});
   const std::size_t words = head.size();
@@ -228,7 +228,7 @@ std::string comparison_text(const Manifest& manifest, const GroupComparison& com
     return fmt::format("{} ({}..{})", number(e->mean, decimals), number(e->low, decimals),
                        number(e->high, decimals));
   };
-  const std::size_t shown = std::min(kMostShown, comparison.groups.size());
+  const std::size_t shown = std::min(kMaxShown, comparison.groups.size());
   for (std::size_t i = 0; i < shown; ++i) {
     const Group& group = comparison.groups[i];
     TextRow& row = rows.emplace_back(group.at);

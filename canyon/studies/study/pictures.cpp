@@ -25,7 +25,7 @@ constexpr std::array kColours{drawing::kBlue,   drawing::kVermilion, drawing::kG
                               drawing::kPurple, drawing::kSkyBlue,   drawing::kBlack, drawing::kFaintInk};
 constexpr std::size_t kMaxRendered = kColours.size();
 /// More groups would hide each other with the bands of their 95 %.
-constexpr std::size_t kMostWithBothBands = 2;
+constexpr std::size_t kMaxWithBothBands = 2;
 const std::vector<double> kDashes[2] = {{}, {7, 3}};
 
 drawing::Stroke stroke_of(std::size_t group) {
@@ -152,7 +152,7 @@ class Sheet {
         "Horizontal errors along the route",
         fmt::format("median (thick) and 95 % (thin), segments of {:g} m; bands: {:g} % intervals{} over runs",
                     manifest_.along_m.value_or(0), 100 * manifest_.confidence,
-                    rendered_ > kMostWithBothBands ? " of the median" : ""),
+                    rendered_ > kMaxWithBothBands ? " of the median" : ""),
         [&](Canvas& canvas) {
           Plot plot = make_plot("Distance travelled [m]", "Horizontal error [m]");
           plot.x = drawing::linear_scale(0, longest_m, 8);
@@ -248,12 +248,12 @@ class Sheet {
       }
       line.push_back(plot.at(stretch.from_m, value->mean));
       line.push_back(plot.at(stretch.to_m, value->mean));
-      if (!std::isfinite(value->low) || (!median && rendered_ > kMostWithBothBands)) continue;
+      if (!std::isfinite(value->low) || (!median && rendered_ > kMaxWithBothBands)) continue;
       const Point upper = plot.at(stretch.from_m, value->high), lower = plot.at(stretch.to_m, value->low);
       canvas.rectangle({upper.x, upper.y, lower.x - upper.x, lower.y - upper.y},
-                       kColours[group].with_alpha(!median                          ? 0.15
-                                                  : rendered_ > kMostWithBothBands ? 0.18
-                                                                                   : 0.35));
+                       kColours[group].with_alpha(!median                         ? 0.15
+                                                  : rendered_ > kMaxWithBothBands ? 0.18
+                                                                                  : 0.35));
     }
     flush();
   }

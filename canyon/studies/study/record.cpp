@@ -69,13 +69,12 @@ std::size_t kept_column(std::string_view name) {
 }
 
 std::size_t error_bin(double error_m) {
-  const double bin =
-      std::floor(kBinsPerDecade * std::log10(std::max(error_m, kLeastError_m) / kLeastError_m));
+  const double bin = std::floor(kBinsPerDecade * std::log10(std::max(error_m, kMinError_m) / kMinError_m));
   return std::min(static_cast<std::size_t>(std::max(bin, 0.0)), kErrorBins - 1);
 }
 
 double error_edge_m(std::size_t bin) {
-  return kLeastError_m * std::pow(10.0, static_cast<double>(bin) / kBinsPerDecade);
+  return kMinError_m * std::pow(10.0, static_cast<double>(bin) / kBinsPerDecade);
 }
 
 std::string to_line(const RunRecord& record) {

@@ -21,7 +21,7 @@ namespace canyon::study {
 /// Horizontal errors are counted in bins of a twentieth of a decade from 1 mm to 100 km; the first bin
 /// includes smaller errors, the last larger ones.
 inline constexpr std::size_t kErrorBins = 160;
-inline constexpr double kBinsPerDecade = 20, kLeastError_m = 1e-3;
+inline constexpr double kBinsPerDecade = 20, kMinError_m = 1e-3;
 [[nodiscard]] std::size_t error_bin(double error_m);
 /// Lower edge of a bin [m]; of kErrorBins the upper edge of the last.
 [[nodiscard]] double error_edge_m(std::size_t bin);

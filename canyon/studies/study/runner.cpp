@@ -36,7 +36,7 @@ constexpr double kSourceBytes = 150, kSceneBytes = 600;
 template <typename Thing>
 class Shared {
  public:
-  explicit Shared(double most_bytes) : most_(most_bytes) {}
+  explicit Shared(double max_bytes) : max_(max_bytes) {}
 
   template <typename Make, typename Size>
   std::shared_ptr<const Thing> get(const std::string& key, const Make& make, const Size& size) {
@@ -80,7 +80,7 @@ class Shared {
     const std::lock_guard<std::mutex> lock(mutex_);
     things_.at(key).bytes = bytes;
     total_ += bytes;
-    for (auto last = recent_.end(); total_ > most_ && last != recent_.begin();) {
+    for (auto last = recent_.end(); total_ > max_ && last != recent_.begin();) {
       --last;
       const auto oldest = things_.find(*last);
       if (oldest->second.bytes == 0) continue;
@@ -94,7 +94,7 @@ class Shared {
     things_.erase(entry);
   }
 
-  double most_, total_ = 0;
+  double max_, total_ = 0;
   std::mutex mutex_;
   std::list<std::string> recent_;
   std::map<std::string, Entry> things_;
@@ -302,7 +302,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kMostStarts = 2000;
+constexpr int kMaxStarts = 2000;
 constexpr int kRoutes = 64, kForwardCandidates = 24;
 constexpr std::array kLegs_m{150.0, 100.0, 70.0, 45.0, 25.0};
 constexpr double kMargin_m = 3;    ///< from the obstacle at a leg's end
@@ -444,7 +444,7 @@ simulation::TrajectoryConfig random_drive(const simulation::CityScene& scene, co
     throw InputError("random drives need buildings, but the city has none", "give trajectories instead");
   }
   Driver driver(scene, houses, options, seed, number);
-  for (int i = 0; i < kMostStarts; ++i) {
+  for (int i = 0; i < kMaxStarts; ++i) {
     const std::vector<Vector3d> corners = driver.drive();
     if (corners.empty()) continue;
     simulation::TrajectoryConfig trajectory;

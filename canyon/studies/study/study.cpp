@@ -26,7 +26,7 @@ using options::scalar_node;
 constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
 constexpr const char* kNeeds = "it needs at least scenario and axes";
 /// Number of values of an axis that are checked in the scenario before any run.
-constexpr std::size_t kMostTried = 1000;
+constexpr std::size_t kMaxTried = 1000;
 
 /// Collects the files that options name: the key of a study contains their contents instead of their names.
 class FileHasher final : public options::Visitor {
@@ -396,8 +396,8 @@ const Axis* StudyPlan::drives() const {
 }
 
 bool StudyPlan::groups(const Axis& axis) const {
-  constexpr std::size_t kMostGroups = 64;
-  return !axis.realization && axis.size() > 0 && axis.size() <= kMostGroups;
+  constexpr std::size_t kMaxGroups = 64;
+  return !axis.realization && axis.size() > 0 && axis.size() <= kMaxGroups;
 }
 
 // Checks each value of each axis once, with the first values of the other axes, so that an invalid value is
@@ -431,7 +431,7 @@ void StudyPlan::try_values() {
     const bool needs_samples = axis.kind == Axis::Kind::Drives || axis.kind == Axis::Kind::Unknowns;
     if (axis.kind == Axis::Kind::Seeds || needs_samples) continue;
     const bool values = axis.kind == Axis::Kind::Values;
-    const std::size_t n = axis.size(), tries = values ? std::min(n, kMostTried) : 2;
+    const std::size_t n = axis.size(), tries = values ? std::min(n, kMaxTried) : 2;
     for (std::size_t k = 1; k < tries; ++k) {
       std::vector<Level> levels = first;
       levels[i] = values ? Level{k, 0} : Level{n > 0 ? n - 1 : 0, 1 - 1e-9};

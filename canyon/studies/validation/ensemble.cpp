@@ -30,9 +30,9 @@ double interval_score(const Five& five, double truth) {
   const auto outside = [truth](double low, double high) {
     return std::max({low - truth, truth - high, 0.0});
   };
-  const double half = five[kHigh50] - five[kLow50], most = five[kHigh90] - five[kLow90];
+  const double half = five[kHigh50] - five[kLow50], maximum = five[kHigh90] - five[kLow90];
   return (std::abs(truth - five[kMiddle]) / 2 + 0.25 * half + outside(five[kLow50], five[kHigh50]) +
-          0.05 * most + outside(five[kLow90], five[kHigh90])) /
+          0.05 * maximum + outside(five[kLow90], five[kHigh90])) /
          2.5;
 }
 
@@ -67,7 +67,7 @@ std::string table_of(const EnsembleRow& row) {
     const auto number = [&f](double value) { return fmt::format("{:.{}f}", value, f.info.decimals); };
     const auto ends = [&number](const Interval& i) { return number(i.low) + " to " + number(i.high); };
     lines.push_back({std::string(f.info.title), number(f.recorded), f.point ? number(*f.point) : "-",
-                     number(f.median), ends(f.half), ends(f.most),
+                     number(f.median), ends(f.half), ends(f.maximum),
                      f.within_half()   ? "50 %"
                      : f.within_most() ? "90 %"
                                        : "no"});
@@ -85,7 +85,7 @@ Json metric_json(const EnsembleMetric& f) {
           {"point", f.point},
           {"median", f.median},
           {"interval_50", ends_json(f.half)},
-          {"interval_90", ends_json(f.most)},
+          {"interval_90", ends_json(f.maximum)},
           {"score", f.score},
           {"point_score", f.point_score}};
 }
@@ -110,7 +110,7 @@ std::vector<EnsembleMetric> ensemble_metrics(const EnsembleRow& row) {
     const Five five = five_of(values);
     EnsembleMetric metric{point.info, *point.measured, point.simulated, five[kMiddle], {}, {}, {}, {}};
     metric.half = {five[kLow50], five[kHigh50]};
-    metric.most = {five[kLow90], five[kHigh90]};
+    metric.maximum = {five[kLow90], five[kHigh90]};
     add_scores(point, values, metric);
     metrics.push_back(std::move(metric));
   }
@@ -125,7 +125,7 @@ Coverage coverage(const std::vector<EnsembleRow>& rows) {
       sum.within_half += f.within_half();
       sum.within_most += f.within_most();
       if (f.info.key == "horizontal_p50_m")
-        sum.widest_p50 = std::max(sum.widest_p50, f.most.high / f.most.low);
+        sum.widest_p50 = std::max(sum.widest_p50, f.maximum.high / f.maximum.low);
       if (!f.score || !f.point_score) continue;
       ++sum.scored;
       sum.score += *f.score;

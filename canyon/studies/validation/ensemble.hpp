@@ -30,13 +30,13 @@ struct EnsembleMetric {
   double recorded = 0;
   std::optional<double> point;  ///< simulated with the settings as they are
   double median = 0;
-  Interval half, most;  ///< 50 and 90 %
+  Interval half, maximum;  ///< 50 and 90 %
   /// Weighted interval scores of the samples' distribution and of the point, in units of the metric's range
   /// (Headline::distance()); empty for a metric without a range.
   std::optional<double> score, point_score;
 
   [[nodiscard]] bool within_half() const { return half.low <= recorded && recorded <= half.high; }
-  [[nodiscard]] bool within_most() const { return most.low <= recorded && recorded <= most.high; }
+  [[nodiscard]] bool within_most() const { return maximum.low <= recorded && recorded <= maximum.high; }
 };
 /// The metrics of a row, without those that are not recorded or that fewer than two samples have.
 ///

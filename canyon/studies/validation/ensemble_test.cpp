@@ -37,8 +37,8 @@ TEST(Ensemble, IntervalsAreThoseOfTheNextDraw) {
   EXPECT_EQ(f.median, 10);
   EXPECT_EQ(f.half.low, 5);
   EXPECT_EQ(f.half.high, 15);
-  EXPECT_EQ(f.most.low, 1);
-  EXPECT_EQ(f.most.high, 19);
+  EXPECT_EQ(f.maximum.low, 1);
+  EXPECT_EQ(f.maximum.high, 19);
   EXPECT_FALSE(f.within_half());
   EXPECT_TRUE(f.within_most());
   EXPECT_EQ(f.point, 12);

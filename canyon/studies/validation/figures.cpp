@@ -189,10 +189,10 @@ class PhaseWalk {
 
   /// Removes the common part of this epoch's third differences (PhaseView::noise_m).
   void end() {
-    constexpr std::size_t kFewest = 7;
+    constexpr std::size_t kMin = 7;
     constexpr int kIterations = 10;
     constexpr double kHuber = 1.345;  // as ReceiverClockOptions::huber
-    if (thirds_.size() < kFewest || thirds_.size() > positioning::kMostRows) return;
+    if (thirds_.size() < kMin || thirds_.size() > positioning::kMaxRows) return;
     const auto n = static_cast<Eigen::Index>(thirds_.size());
     Eigen::MatrixXd design(n, 4);
     Eigen::VectorXd weight(n), weighted(n), factor(n), room = Eigen::VectorXd::Ones(n);
@@ -209,7 +209,7 @@ class PhaseWalk {
     Eigen::VectorXd rest = weighted;
     for (int iteration = 0; iteration < kIterations; ++iteration) {
       for (Eigen::Index i = 0; i < n; ++i)
-        values[static_cast<std::size_t>(i)] = std::abs(rest[i]) / std::max(room[i], kLeastRoom);
+        values[static_cast<std::size_t>(i)] = std::abs(rest[i]) / std::max(room[i], kMinRoom);
       const double limit = kHuber * kMadToSigma * *median(values);
       for (Eigen::Index i = 0; i < n; ++i) {
         const double value = values[static_cast<std::size_t>(i)];
@@ -221,7 +221,7 @@ class PhaseWalk {
     }
     for (Eigen::Index i = 0; i < n; ++i) {
       const Third& d = thirds_[static_cast<std::size_t>(i)];
-      if (room[i] < kLeastRoom) continue;
+      if (room[i] < kMinRoom) continue;
       d.sample->noise.add(d.nlos, std::abs(rest[i]) / (weight[i] * room[i] * std::sqrt(20.0)));
     }
   }
@@ -239,7 +239,7 @@ class PhaseWalk {
     PhaseSample* sample;
   };
   /// A value with less redundancy than this contains no information on noise.
-  static constexpr double kLeastRoom = 0.3;
+  static constexpr double kMinRoom = 0.3;
 
   double interval_s_;
   PhaseSamples& samples_;
@@ -419,14 +419,14 @@ class Collector {
   }
 
   void add_segments(ModelMetrics& f) const {
-    constexpr std::size_t kFewest = 10;
+    constexpr std::size_t kMin = 10;
     std::size_t street = 0;
     for (const StreetSegment& whole : comparison_.segments) {
       ++street;
       StreetSegment segment = whole;
       segment.first = std::max(whole.first, first_);
       const std::size_t end = std::min(whole.first + whole.count, first_ + epochs_.size());
-      if (end < segment.first + kFewest) continue;
+      if (end < segment.first + kMin) continue;
       segment.count = end - segment.first;
       segment.length_m = 0;
       for (std::size_t e = segment.first + 1; e < end; ++e) {
@@ -597,15 +597,15 @@ void add_intervals(std::vector<Headline>& headlines_of_all, const Comparison& co
 
 Pooled pool(std::span<const PooledPart> parts) {
   std::vector<double> intervals_s;
-  std::size_t most_runs = 0;
+  std::size_t max_runs = 0;
   for (const PooledPart& part : parts) {
     assert(part.first + part.count <= part.comparison->epochs.size());
     intervals_s.push_back(interval_of(std::span(part.comparison->epochs).subspan(part.first, part.count)));
-    most_runs = std::max(most_runs, part.runs.size());
+    max_runs = std::max(max_runs, part.runs.size());
   }
   const double step_s = intervals_s.empty() ? 0 : *std::max_element(intervals_s.begin(), intervals_s.end());
   Pooled pooled;
-  pooled.runs.resize(most_runs);
+  pooled.runs.resize(max_runs);
   for (const PooledPart& part : parts) {
     std::optional<geodesy::GpsTime> taken;
     for (std::size_t e = part.first; e < part.first + part.count; ++e) {
@@ -621,7 +621,7 @@ Pooled pool(std::span<const PooledPart> parts) {
         to.epochs.push_back(epoch);
       };
       append(*part.comparison, pooled.comparison);
-      for (std::size_t r = 0; r < most_runs; ++r)
+      for (std::size_t r = 0; r < max_runs; ++r)
         append(part.runs.empty() ? *part.comparison : part.runs[r % part.runs.size()], pooled.runs[r]);
     }
   }

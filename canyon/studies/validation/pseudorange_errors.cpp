@@ -18,7 +18,7 @@ using geodesy::kSpeedOfLight;
 using gnss::System;
 
 /// Upper bound of pseudoranges, whatever the receiver's clock does [m].
-constexpr double kLongest_m = 1e12;
+constexpr double kMax_m = 1e12;
 
 /// A satellite at the transmission of its signal.
 struct Sent {
@@ -70,7 +70,7 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
     std::size_t missing = 0;
     std::vector<gnss::SatelliteId> unknown;
     for (const rinex::ObservedSignal& signal : recorded.signals) {
-      if (!signal.pseudorange_m || !(std::abs(*signal.pseudorange_m) < kLongest_m)) {
+      if (!signal.pseudorange_m || !(std::abs(*signal.pseudorange_m) < kMax_m)) {
         ++missing;
         continue;
       }

@@ -18,7 +18,7 @@ namespace {
 using gnss::kSystemCount;
 using gnss::System;
 
-constexpr int kMostIterations = 100;
+constexpr int kMaxIterations = 100;
 /// Steps of clocks and biases below this [m] end the iteration.
 constexpr double kConverged_m = 1e-4;
 /// Without scatter (simulated pseudoranges) the weights would have no scale.
@@ -199,7 +199,7 @@ class ClockEstimator {
   ///   sum_e (W_es [s = q] - W_es W_eq / W_e) x_q = sum_e W_es (m_es - m_e).
   void converge() {
     measure_scatter();
-    for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+    for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
       Eigen::Matrix<double, kSystemCount, kSystemCount> normal;
       Eigen::Matrix<double, kSystemCount, 1> right;
       normal.setZero();
@@ -261,7 +261,7 @@ class ClockEstimator {
   double robust_clock(std::size_t e, Choose choose) {
     if (!median_clock(e, choose)) return 0;
     double w_all = 0;
-    for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+    for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
       double sum = 0;
       w_all = 0;
       each(e, [&](std::size_t i) {

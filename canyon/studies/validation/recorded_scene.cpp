@@ -68,7 +68,7 @@ std::unique_ptr<simulation::Environment> RedrawnCity::draw(const simulation::Bui
 
 namespace {
 
-constexpr std::size_t kMostRecordings = 50;
+constexpr std::size_t kMaxRecordings = 50;
 constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
 constexpr std::string_view kOneNeeded = "each recording needs a name, a scenario and observations";
 
@@ -130,9 +130,9 @@ void visit(options::Visitor& v, RecordingList& list) {
     if (v.reads() && !names.insert(r.name).second)
       throw v.fault("name", fmt::format("'{}' names two recordings", r.name), "give each its own name");
   });
-  if (v.reads() && list.recordings.size() > kMostRecordings) {
+  if (v.reads() && list.recordings.size() > kMaxRecordings) {
     throw v.fault("recordings", fmt::format("{} recordings are too many", list.recordings.size()),
-                  fmt::format("give {} at most", kMostRecordings));
+                  fmt::format("give {} at most", kMaxRecordings));
   }
 }
 

@@ -144,7 +144,7 @@ double middle(std::vector<double>& values) {
 std::optional<std::string> truth_warning(const Recording& recording, const orbit::Sky& sky,
                                          const std::map<gnss::System, gnss::Klobuchar>& klobuchar) {
   constexpr double kFar_m = 100, kHigh_m = 150, kLate_s = 5, kMoves_mps = 2;
-  constexpr std::size_t kEpochs = 200, kLeast = 10;
+  constexpr std::size_t kEpochs = 200, kMin = 10;
   positioning::FixOptions options;
   options.correct_ionosphere = recording.ionosphere && !klobuchar.empty();
   options.correct_troposphere = recording.troposphere;
@@ -165,7 +165,7 @@ std::optional<std::string> truth_warning(const Recording& recording, const orbit
     late_s.push_back(v.dot(d) / v.squaredNorm());
     moving.emplace_back(d, v);
   }
-  if (off[0].size() < kLeast) return std::nullopt;
+  if (off[0].size() < kMin) return std::nullopt;
   const double count = static_cast<double>(off[0].size());
   const double east_m = middle(off[0]), north_m = middle(off[1]), up_m = middle(off[2]);
   if (std::hypot(east_m, north_m) > kFar_m || std::abs(up_m) > kHigh_m) {
@@ -174,7 +174,7 @@ std::optional<std::string> truth_warning(const Recording& recording, const orbit
         "of {} epochs): check the truth's columns, datum, heights and time scale; all metrics include it",
         east_m, north_m, up_m, count);
   }
-  if (late_s.size() < kLeast) return std::nullopt;
+  if (late_s.size() < kMin) return std::nullopt;
   const double late = middle(late_s);
   for (const auto& [d, v] : moving) {
     before_m.push_back(d.head<2>().norm());

@@ -110,8 +110,8 @@ template <typename Times>
                                                                            int resamples,
                                                                            std::uint64_t seed) {
   const double epochs = std::round(seconds / std::max(interval_of(times), 1e-3));
-  const double most = std::floor(static_cast<double>(times.size()) / 5);
-  const auto block = static_cast<std::size_t>(std::max(1.0, std::min(epochs, most)));
+  const double maximum = std::floor(static_cast<double>(times.size()) / 5);
+  const auto block = static_cast<std::size_t>(std::max(1.0, std::min(epochs, maximum)));
   return block_bootstrap(times.size(), block, resamples, seed);
 }
 

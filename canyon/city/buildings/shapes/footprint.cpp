@@ -17,7 +17,7 @@ namespace {
 namespace geos = meshes::geos;
 using geodesy::Geodetic;
 
-constexpr std::size_t kMostTreesOfARow = 10'000;
+constexpr std::size_t kMaxTreesOfARow = 10'000;
 
 Eigen::AlignedBox2d bounds_of(const MapData& map, bool foliage) {
   Eigen::AlignedBox2d bounds;
@@ -104,7 +104,7 @@ bool is_located(const std::vector<Point2>& ring) {
   });
 }
 
-constexpr std::size_t kMostHoles = 3000;  // GEOS's triangulation takes the square of them
+constexpr std::size_t kMaxHoles = 3000;  // GEOS's triangulation takes the square of them
 
 void note(std::vector<std::string>& notes, std::string_view text) {
   if (std::find(notes.begin(), notes.end(), text) == notes.end()) notes.emplace_back(text);
@@ -236,23 +236,23 @@ double area(const Polygon2& polygon) {
   return 0.5 * twice;
 }
 
-bool is_tangled(const PolygonLists& polygons, std::size_t most) {
+bool is_tangled(const PolygonLists& polygons, std::size_t maximum) {
   std::vector<std::vector<Point2>> rings;
   const auto add = [&](const std::vector<Point2>& ring) {
     if (is_located(ring)) rings.push_back(ring);
   };
   for (const std::vector<Polygon2>* list : polygons) {
     for (const Polygon2& polygon : *list) {
-      if (polygon.holes.size() > kMostHoles) return true;
+      if (polygon.holes.size() > kMaxHoles) return true;
       add(polygon.outer);
       std::for_each(polygon.holes.begin(), polygon.holes.end(), add);
     }
   }
-  return geos::is_tangled(rings, most);
+  return geos::is_tangled(rings, maximum);
 }
 
 std::vector<Polygon2> repair(const std::vector<Polygon2>& raw, std::vector<std::string>& notes) {
-  if (is_tangled({&raw}, kMostCrossings)) {
+  if (is_tangled({&raw}, kMaxCrossings)) {
     note(notes, "rings that cross thousands of times, or thousands of inner rings");
     return {};
   }
@@ -361,7 +361,7 @@ std::vector<Polygon2> unite(const std::vector<Polygon2>& a) {
 
 std::vector<Polygon2> ribbon(const std::vector<Point2>& line, double half_width_m) {
   const std::vector<Polygon2> closed{{line, {}}};
-  if (line.size() < 2 || is_tangled({&closed}, kMostCrossings)) return {};
+  if (line.size() < 2 || is_tangled({&closed}, kMaxCrossings)) return {};
   const geos::Geometry string = geos::line(line);
   if (!string) return {};
   constexpr int kQuadrantSegments = 4;
@@ -463,7 +463,7 @@ std::vector<LonLat> tree_positions(const MapFeature& feature) {
     const double length_m = (geodesy::ecef_from_geodetic(Geodetic::from_degrees(b.y(), b.x(), 0)) -
                              geodesy::ecef_from_geodetic(Geodetic::from_degrees(a.y(), a.x(), 0)))
                                 .norm();
-    for (; left_m <= length_m && positions.size() < kMostTreesOfARow; left_m += kTreeSpacing_m)
+    for (; left_m <= length_m && positions.size() < kMaxTreesOfARow; left_m += kTreeSpacing_m)
       positions.push_back(length_m > 0 ? LonLat(a + (b - a) * (left_m / length_m)) : a);
     left_m -= length_m;
   }
@@ -521,7 +521,7 @@ std::vector<Polygon2> uncovered(const std::vector<Polygon2>& outline, const std:
     double around = perimeter(piece.outer);
     for (const std::vector<Point2>& hole : piece.holes) around += perimeter(hole);
     const double size = area(piece);
-    return size < kLeastPiece_m2 || 2 * size < kLeastPieceWidth_m * around;
+    return size < kMinPiece_m2 || 2 * size < kMinPieceWidth_m * around;
   };
   left.erase(std::remove_if(left.begin(), left.end(), negligible), left.end());
   return left;

@@ -24,10 +24,10 @@ using meshes::twice_area;
 [[nodiscard]] double area(const Polygon2& polygon);               ///< [m^2], without the holes
 
 /// Whether rings are too complex for GEOS: their sides cross or touch, other than at common corners, more
-/// than `most` times plus 10 times per corner, or a polygon has more than 3,000 holes.
+/// than `maximum` times plus 10 times per corner, or a polygon has more than 3,000 holes.
 using PolygonLists = std::vector<const std::vector<Polygon2>*>;
-[[nodiscard]] bool is_tangled(const PolygonLists& polygons, std::size_t most = 20'000);
-inline constexpr std::size_t kMostCrossings = 1000;  ///< of one outline
+[[nodiscard]] bool is_tangled(const PolygonLists& polygons, std::size_t maximum = 20'000);
+inline constexpr std::size_t kMaxCrossings = 1000;  ///< of one outline
 
 /// Makes valid polygons from rings of maps, with GEOS: orientation, repeated points, spikes, self-crossings,
 /// holes that touch or cross the outer ring, overlapping outers. Merges points closer than 1 mm (so that
@@ -103,11 +103,11 @@ inline constexpr double kPartInsideFraction = 0.5;
 /// Sum of the polygons' areas [m^2].
 [[nodiscard]] double total_area(const std::vector<Polygon2>& polygons);
 
-/// The rest of an outline without its parts: pieces of at least kLeastPiece_m2 with a mean width (twice the
-/// area over the perimeter) of at least kLeastPieceWidth_m. Smaller pieces are drawing inaccuracies, no
+/// The rest of an outline without its parts: pieces of at least kMinPiece_m2 with a mean width (twice the
+/// area over the perimeter) of at least kMinPieceWidth_m. Smaller pieces are drawing inaccuracies, no
 /// walls.
-inline constexpr double kLeastPiece_m2 = 4;
-inline constexpr double kLeastPieceWidth_m = 0.5;
+inline constexpr double kMinPiece_m2 = 4;
+inline constexpr double kMinPieceWidth_m = 0.5;
 [[nodiscard]] std::vector<Polygon2> uncovered(const std::vector<Polygon2>& outline,
                                               const std::vector<Polygon2>& parts);
 

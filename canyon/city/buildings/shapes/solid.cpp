@@ -183,7 +183,7 @@ std::vector<Triangle> triangles_of(const IndexRing& outer, const std::vector<Ind
     flat.holes.push_back(flatten(inner));
   }
   const std::vector<Polygon2> face{flat};
-  if (is_tangled({&face}, kMostCrossings)) return {};
+  if (is_tangled({&face}, kMaxCrossings)) return {};
   std::vector<Triangle> triangles = triangulate(flat);
   for (Triangle& triangle : triangles)
     for (std::uint32_t& corner : triangle) corner = index[corner];

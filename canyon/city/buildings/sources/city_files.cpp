@@ -28,7 +28,7 @@ namespace {
 /// Opens a file at its beginning; called again if objects refer to later ones.
 using OpenBytes = std::function<ByteReader()>;
 
-constexpr int kMostPasses = 4;  // for references to geometries that refer to others, and so on
+constexpr int kMaxPasses = 4;  // for references to geometries that refer to others, and so on
 
 /// Whether a file's envelope touches the box; true if its position is not known.
 bool reaches_box(const GmlEnvelope& envelope, CityModel& model) {
@@ -81,7 +81,7 @@ class References {
   /// Reads the file until each of these is found, with their own references.
   [[nodiscard]] GmlLibrary find(std::set<std::string> wanted) const {
     GmlLibrary library;
-    for (int pass = 0; pass < kMostPasses && !wanted.empty(); ++pass) {
+    for (int pass = 0; pass < kMaxPasses && !wanted.empty(); ++pass) {
       const std::size_t before = library.size();
       GmlSink sink;
       sink.envelope = [](const GmlEnvelope&) { return true; };
@@ -195,8 +195,8 @@ std::vector<Tile> tiles_of_archive(const std::filesystem::path& archive) {
     unpacked += static_cast<std::uint64_t>(status.st_size);
     tiles.push_back({archive / name, inside});
   }
-  if (unpacked > kHarmlessSize && unpacked / kMostGrowth > packed) {
-    throw InputError(archive, 0, fmt::format("unpacks to more than {} times its size", kMostGrowth),
+  if (unpacked > kHarmlessSize && unpacked / kMaxGrowth > packed) {
+    throw InputError(archive, 0, fmt::format("unpacks to more than {} times its size", kMaxGrowth),
                      "is it the right file?");
   }
   return tiles;
@@ -276,8 +276,8 @@ class CityFiles {
   }
 
   static std::string text_of(const Tile& tile) {
-    std::string text = first_bytes(open_tile(tile), kLargestUnpacked + 1);
-    if (text.size() > kLargestUnpacked) throw InputError(tile.path, 0, "unpacks to more than 1 GiB");
+    std::string text = first_bytes(open_tile(tile), kMaxUnpacked + 1);
+    if (text.size() > kMaxUnpacked) throw InputError(tile.path, 0, "unpacks to more than 1 GiB");
     return text;
   }
 

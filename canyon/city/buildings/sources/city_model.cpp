@@ -150,8 +150,8 @@ std::string_view value_of(const CityAttributes& attributes, const std::string& n
 }
 
 bool is_word(std::string_view text) {
-  constexpr std::size_t kLongest = 32;
-  return text.size() <= kLongest && std::all_of(text.begin(), text.end(), [](char c) {
+  constexpr std::size_t kMax = 32;
+  return text.size() <= kMax && std::all_of(text.begin(), text.end(), [](char c) {
            return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
          });
 }

@@ -20,7 +20,7 @@ namespace canyon::buildings {
 namespace {
 
 constexpr std::size_t kDeepest = 200;
-constexpr std::size_t kLongestText = 4096;  // without coordinates
+constexpr std::size_t kMaxText = 4096;  // without coordinates
 
 /// Elements that are not built.
 const std::set<std::string_view> kPassedOver{
@@ -194,7 +194,7 @@ class GmlParser {
   void add_text(std::string_view text) {
     if (passed_over_ > 0 || stack_.empty()) return;
     GmlElement& element = stack_.back().element;
-    if (!holds_coordinates(element.name) && element.text.size() + text.size() > kLongestText) return;
+    if (!holds_coordinates(element.name) && element.text.size() + text.size() > kMaxText) return;
     element.text += text;
   }
 

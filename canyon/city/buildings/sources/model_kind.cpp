@@ -9,9 +9,9 @@
 
 namespace canyon::buildings {
 
-std::string first_bytes(const ByteReader& bytes, std::size_t most) {
-  std::string all, block(std::min(most, std::size_t{1} << 18), '\0');
-  while (const std::size_t n = bytes(block.data(), std::min(block.size(), most - all.size())))
+std::string first_bytes(const ByteReader& bytes, std::size_t maximum) {
+  std::string all, block(std::min(maximum, std::size_t{1} << 18), '\0');
+  while (const std::size_t n = bytes(block.data(), std::min(block.size(), maximum - all.size())))
     all.append(block, 0, n);
   return all;
 }
@@ -56,7 +56,7 @@ bool names_city_models(const std::filesystem::path& archive) {
 }
 
 bool holds_city_models(const std::filesystem::path& folder) {
-  constexpr int kMostFiles = 5000;
+  constexpr int kMaxFiles = 5000;
   std::error_code error;
   if (std::filesystem::exists(folder / "model.sdf", error)) return false;
   int looked = 0;
@@ -64,7 +64,7 @@ bool holds_city_models(const std::filesystem::path& folder) {
   for (auto it = std::filesystem::recursive_directory_iterator(folder, options, error);
        !error && it != std::filesystem::recursive_directory_iterator(); it.increment(error)) {
     if (!it->is_regular_file(error) || error) continue;
-    if (++looked > kMostFiles) break;
+    if (++looked > kMaxFiles) break;
     const std::filesystem::path& file = it->path();
     if (!has_ending(file, {".gml", ".citygml", ".xml", ".json", ".jsonl", ".gz", ".zip"})) continue;
     const ModelKind kind = model_kind_of_text(read_head(file, kHeadBytes));

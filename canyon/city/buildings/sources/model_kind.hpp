@@ -11,8 +11,8 @@ namespace canyon::buildings {
 
 /// Reads up to `size` bytes of a file; returns 0 at its end.
 using ByteReader = std::function<std::size_t(char* to, std::size_t size)>;
-/// The first `most` bytes, or all if there are fewer.
-[[nodiscard]] std::string first_bytes(const ByteReader& bytes, std::size_t most);
+/// The first `maximum` bytes, or all if there are fewer.
+[[nodiscard]] std::string first_bytes(const ByteReader& bytes, std::size_t maximum);
 
 /// The kinds of city models, detected by content.
 enum class ModelKind : std::uint8_t {

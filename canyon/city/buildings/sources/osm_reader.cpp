@@ -232,9 +232,9 @@ class FeatureMaker {
         continue;
       }
       const Eigen::AlignedBox2d bounds = candidate.feature.bounds();
-      constexpr double kLargest_deg = 0.2;
+      constexpr double kMax_deg = 0.2;
       if (candidate.feature.kind == FeatureKind::Building && !bounds.isEmpty() &&
-          bounds.sizes().maxCoeff() > kLargest_deg) {
+          bounds.sizes().maxCoeff() > kMax_deg) {
         notes_.add_counted(Level::Loss, "{} buildings of more than 20 km, left out: a corner is wrong",
                            candidate.feature.id);
         continue;

@@ -22,8 +22,8 @@
 namespace canyon::buildings {
 namespace {
 
-constexpr std::size_t kMostTiles = 10'000;
-constexpr double kLongestWait_s = 60;
+constexpr std::size_t kMaxTiles = 10'000;
+constexpr double kMaxWait_s = 60;
 constexpr double kFirstWait_s = 5;  // doubled with each retry, if the server gives no time
 constexpr std::string_view kOrFile = "or give a file (such as an extract as .osm.pbf)";
 
@@ -69,7 +69,7 @@ std::string send_query(const std::string& query, const OverpassOptions& options)
           busy ? fmt::format("try again later, {}", kOrFile)
                : fmt::format("check the address of the endpoint, {}", kOrFile));
     }
-    const double pause_s = std::min(reply.retry_after_s.value_or(wait_s), kLongestWait_s);
+    const double pause_s = std::min(reply.retry_after_s.value_or(wait_s), kMaxWait_s);
     if (pause_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(pause_s));
     wait_s *= 2;
   }
@@ -140,9 +140,9 @@ std::vector<LonLatBox> tiles_of(const LonLatBox& box, double tile_deg) {
   const auto pieces = [&](double extent) { return std::max(1.0, std::ceil(extent / tile_deg - 1e-9)); };
   const double columns = pieces(box.east - box.west);
   const double rows = pieces(box.north - box.south);
-  if (columns * rows > static_cast<double>(kMostTiles)) {
+  if (columns * rows > static_cast<double>(kMaxTiles)) {
     throw InputError(fmt::format("the box needs {:.0f} requests of {} deg; at most {} are made",
-                                 columns * rows, tile_deg, kMostTiles),
+                                 columns * rows, tile_deg, kMaxTiles),
                      "download an extract of the region as .osm.pbf and give that file");
   }
   std::vector<LonLatBox> tiles;

@@ -296,9 +296,9 @@ RasterSummary Raster::summary() const {
   summary.columns = impl_->width;
   summary.rows = impl_->height;
   summary.spacing_m = impl_->post_spacing_m;
-  constexpr int kMost = 256;
+  constexpr int kMax = 256;
   const std::vector<double> heights = impl_->values(
-      {0, 0, impl_->width, impl_->height}, std::min(impl_->width, kMost), std::min(impl_->height, kMost));
+      {0, 0, impl_->width, impl_->height}, std::min(impl_->width, kMax), std::min(impl_->height, kMax));
   std::size_t empty = 0;
   for (const double height_m : heights) {
     if (!is_possible(height_m)) {  // also excludes NaN

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kHighest_m = 2000;          // a larger value is a mistake
 constexpr double kThinnest_m = 0.1;          // a lower building is a mistake
-constexpr double kMostLevels = 200;          // the highest building has 163
+constexpr double kMaxLevels = 200;           // the highest building has 163
 constexpr double kSlab_m = 0.3;              // thickness of a roof on pillars
 constexpr double kLowestTaggedLevel_m = 2;   // storey heights outside these limits
 constexpr double kHighestTaggedLevel_m = 8;  // are not used
@@ -81,9 +81,9 @@ class Tags {
     std::string point(value.substr(0, 64));
     std::replace(point.begin(), point.end(), ',', '.');
     const std::optional<double> count = parse_double(point);
-    if (count && *count >= 0 && *count <= kMostLevels) return count;
+    if (count && *count >= 0 && *count <= kMaxLevels) return count;
     warn(fmt::format("{}={} is not a number of storeys within [0, {}]; left out", key, shown(value),
-                     kMostLevels));
+                     kMaxLevels));
     return {};
   }
 
@@ -258,10 +258,10 @@ class ShapeReader {
   }
 
   void set_roof_height() {
-    const double most_m = shape_.height_m - shape_.min_height_m;
-    if (roof_height_ && *roof_height_ > most_m * (1 + 1e-9)) {
+    const double max_m = shape_.height_m - shape_.min_height_m;
+    if (roof_height_ && *roof_height_ > max_m * (1 + 1e-9)) {
       tags_.warn(fmt::format("roof:height={} is higher than the building's {} m; left out",
-                             shown("roof:height"), most_m));
+                             shown("roof:height"), max_m));
       roof_height_.reset();
     }
     if (roof_height_ && *roof_height_ == 0) {
@@ -269,28 +269,28 @@ class ShapeReader {
       shape_.roof_source = HeightSource::Tag;
       return;
     }
-    const double default_m = std::min(defaults_.level_m, most_m / 3);
-    const std::optional<double> roof_m = roof_height_ ? roof_height_ : roof_of_levels(most_m, default_m);
+    const double default_m = std::min(defaults_.level_m, max_m / 3);
+    const std::optional<double> roof_m = roof_height_ ? roof_height_ : roof_of_levels(max_m, default_m);
     if (!roof_height_) shape_.roof_angle_rad = read_roof_angle(tags_);
     shape_.roof_source = roof_height_ || (!roof_m && shape_.roof_angle_rad) ? HeightSource::Tag
                          : roof_m                                           ? HeightSource::Levels
                                                                             : HeightSource::Default;
-    shape_.roof_height_m = std::min(roof_m.value_or(default_m), most_m);
+    shape_.roof_height_m = std::min(roof_m.value_or(default_m), max_m);
     // Rounding must not move the eaves below the bottom.
     while (shape_.height_m - shape_.roof_height_m < shape_.min_height_m)
       shape_.roof_height_m = std::nextafter(shape_.roof_height_m, 0.0);
   }
 
   /// The roof's height by its own storeys, else the rest of the height above the building's storeys.
-  [[nodiscard]] std::optional<double> roof_of_levels(double most_m, double default_m) const {
+  [[nodiscard]] std::optional<double> roof_of_levels(double max_m, double default_m) const {
     if (roof_levels_ > 0) {
       const double wanted_m = roof_levels_ * (height_ ? level_m_ : defaults_.level_m);
-      if (wanted_m <= most_m * (1 + 1e-9)) return wanted_m;
+      if (wanted_m <= max_m * (1 + 1e-9)) return wanted_m;
       tags_.warn(
-          fmt::format("roof:levels={} are higher than the building's {} m; left out", roof_levels_, most_m));
+          fmt::format("roof:levels={} are higher than the building's {} m; left out", roof_levels_, max_m));
     } else if (height_ && levels_ && *levels_ > 0) {
       const double left_m = *height_ - *levels_ * defaults_.level_m;
-      if (left_m >= default_m / 2 && left_m <= most_m / 2) return left_m;  // a plausible part
+      if (left_m >= default_m / 2 && left_m <= max_m / 2) return left_m;  // a plausible part
     }
     return std::nullopt;
   }

@@ -17,7 +17,7 @@
 namespace canyon::buildings {
 namespace {
 
-constexpr double kMostPosts = 25e6;
+constexpr double kMaxPosts = 25e6;
 
 /// Height of a triangle's plane at a position inside it; empty outside.
 std::optional<double> height_in(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
@@ -104,7 +104,7 @@ void Terrain::append(city::Mesh& mesh, const geodesy::LocalFrame& frame, const E
   const Eigen::Vector2d size = max - min;
   if (!size.allFinite() || !(size.minCoeff() > 0))
     throw InputError("the terrain's box is empty", "give min below max in east and north");
-  if (!(spacing_m > 0) || !((size.x() / spacing_m + 1) * (size.y() / spacing_m + 1) <= kMostPosts)) {
+  if (!(spacing_m > 0) || !((size.x() / spacing_m + 1) * (size.y() / spacing_m + 1) <= kMaxPosts)) {
     throw InputError(fmt::format("terrain posts {} m apart over {:.0f} m x {:.0f} m are too many", spacing_m,
                                  size.x(), size.y()),
                      "choose a larger spacing or a smaller box (at most 25 million posts)");

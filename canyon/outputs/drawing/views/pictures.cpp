@@ -46,9 +46,9 @@ bool is_worse(const TimelinePoint& a, const TimelinePoint& b) {
   return !std::isnan(b.error_m) && !(a.error_m <= b.error_m);
 }
 
-/// Evenly spaced epochs of a run of unknown length, at most kMost: if there are too many, one of each two is
+/// Evenly spaced epochs of a run of unknown length, at most kMax: if there are too many, one of each two is
 /// kept, the worse or the first, and the sampling rate is halved.
-template <typename Each, std::size_t kMost>
+template <typename Each, std::size_t kMax>
 class Thinned {
  public:
   /// Whether the next epoch begins a step.
@@ -60,7 +60,7 @@ class Thinned {
       return;
     }
     kept_.push_back(std::move(each));
-    if (kept_.size() < kMost) return;
+    if (kept_.size() < kMax) return;
     for (std::size_t i = 0; 2 * i < kept_.size(); ++i) {
       const bool second = 2 * i + 1 < kept_.size() && is_worse(kept_[2 * i + 1], kept_[2 * i]);
       if (i > 0 || second) kept_[i] = std::move(kept_[2 * i + (second ? 1 : 0)]);
@@ -79,8 +79,8 @@ class Thinned {
 /// The end of a subtitle with the names of the first four faults.
 std::string faults_text(const std::vector<std::string>& faults) {
   if (faults.empty()) return {};
-  constexpr std::size_t kMost = 4;
-  const std::size_t shown = std::min(faults.size(), kMost);
+  constexpr std::size_t kMax = 4;
+  const std::size_t shown = std::min(faults.size(), kMax);
   const std::vector<std::string> first(faults.begin(), faults.begin() + static_cast<std::ptrdiff_t>(shown));
   std::string text = fmt::format("  \u00B7  faults: {}", fmt::join(first, ", "));
   if (shown < faults.size()) text += fmt::format(" and {} more", faults.size() - shown);
@@ -289,10 +289,11 @@ double magnitude(const CorrelationSeries::Instant& instant, std::size_t k) {
 }
 
 double greatest(const CorrelationSeries& series) {
-  double most = 0;
+  double maximum = 0;
   for (const auto& instant : series.instants)
-    for (std::size_t k = 0; k < instant.values.size(); ++k) most = std::max(most, magnitude(instant, k));
-  return most > 0 ? most : 1;
+    for (std::size_t k = 0; k < instant.values.size(); ++k)
+      maximum = std::max(maximum, magnitude(instant, k));
+  return maximum > 0 ? maximum : 1;
 }
 
 std::size_t shown(const CorrelationSeries& series) {
@@ -340,14 +341,14 @@ void draw_waterfall(Canvas& canvas, const CorrelationSeries& series, const Rect&
   plot.draw_ground(canvas);
   const auto columns = static_cast<int>(series.instants.size());
   constexpr int kRows = 300;
-  const double most = greatest(series);
+  const double maximum = greatest(series);
   std::vector<std::uint32_t> pixels;
   for (int row = 0; row < kRows; ++row) {
     const double delay = delays.back() + (delays.front() - delays.back()) * (row + 0.5) / kRows;
     const auto next = std::upper_bound(delays.begin(), delays.end() - 1, delay);
     const auto k = static_cast<std::size_t>(next - delays.begin());
     for (const auto& instant : series.instants)
-      pixels.push_back(packed(viridis(magnitude(instant, k) / most)));
+      pixels.push_back(packed(viridis(magnitude(instant, k) / maximum)));
   }
   canvas.image(area, columns, kRows, pixels);
   std::vector<Point> line;
@@ -369,13 +370,13 @@ void draw_instant(Canvas& canvas, const CorrelationSeries& series, const trackin
                   const Rect& area) {
   const CorrelationSeries::Instant& instant = series.instants[shown(series)];
   const auto& delays = series.delays_m;
-  double most = 0;
-  for (std::size_t k = 0; k < delays.size(); ++k) most = std::max(most, magnitude(instant, k));
-  for (const auto& path : instant.paths) most = std::max(most, path.amplitude);
+  double maximum = 0;
+  for (std::size_t k = 0; k < delays.size(); ++k) maximum = std::max(maximum, magnitude(instant, k));
+  for (const auto& path : instant.paths) maximum = std::max(maximum, path.amplitude);
   Plot plot;
   plot.area = area;
   plot.x = scale_of(delays.front(), delays.back());
-  plot.y = linear_scale(0, most > 0 ? most : 1, 5);
+  plot.y = linear_scale(0, maximum > 0 ? maximum : 1, 5);
   plot.x_label = fmt::format("delay after the line of sight [m], at {:.1f} s", instant.time_s);
   plot.y_label = "correlation";
   plot.draw_ground(canvas);
@@ -393,7 +394,7 @@ void draw_instant(Canvas& canvas, const CorrelationSeries& series, const trackin
           {path_colour(path.kind), path.kind == propagation::PathKind::Direct ? 1.6 : 1.0});
     curve([&](std::size_t k) { return magnitude(instant, k); }, {kInk, 2.4});
     if (!std::isnan(instant.measured_m))
-      canvas.segments({{plot.at(instant.measured_m, 0), plot.at(instant.measured_m, most)}}, {kBlue, 1.4});
+      canvas.segments({{plot.at(instant.measured_m, 0), plot.at(instant.measured_m, maximum)}}, {kBlue, 1.4});
   });
   plot.draw_frame(canvas);
   const auto stroke_of = [](const Colour& colour, double width) {

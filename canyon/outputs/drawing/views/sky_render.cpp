@@ -89,7 +89,7 @@ std::vector<std::uint32_t> objects_by_triangle(const city::Mesh& mesh) {
 
 constexpr std::uint32_t kNothing = 0xFFFFFFFFU;
 /// Distance over which surfaces fade, maximum fading, and height over which streets become lighter upwards.
-constexpr double kHaze_m = 450, kMostHaze = 0.6, kStreetDepth_m = 14;
+constexpr double kHaze_m = 450, kMaxHaze = 0.6, kStreetDepth_m = 14;
 /// Darkening of a wall's line, and of the edge between two surfaces.
 constexpr double kLineInk = 0.22, kSkyEdgeInk = 0.16;
 /// Lines fade if a pixel covers this fraction of their spacing.
@@ -144,7 +144,7 @@ class Renderer {
     // Wrapped lighting: faces turned away from the light still differ by their angle.
     const double lit = std::pow(0.5 + 0.5 * normal.dot(to_light_), 1.3);
     const double depth = 0.64 + 0.36 * (1 - std::exp(-std::max(0.0, height_m) / kStreetDepth_m));
-    const double haze = kMostHaze * (1 - std::exp(-hit->range_m / kHaze_m));
+    const double haze = kMaxHaze * (1 - std::exp(-hit->range_m / kHaze_m));
     Light surface = mix(palette_.shadow, palette_.wall, std::clamp(lit, 0.0, 1.0));
     const city::Surface kind = surface_of(*hit);
     if (kind == city::Surface::Terrain) surface = palette_.ground * (0.5 + 0.5 * lit);

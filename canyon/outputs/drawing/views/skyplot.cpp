@@ -25,8 +25,8 @@ using geodesy::GpsTime;
 constexpr int kSectors = 1440;
 /// A track has a point each minute, and within these bounds.
 constexpr double kTrailStep_s = 60;
-constexpr int kFewestTrailSteps = 10, kMostTrailSteps = 240;
-constexpr double kLongestTrail_s = 86'400;
+constexpr int kMinTrailSteps = 10, kMaxTrailSteps = 240;
+constexpr double kMaxTrail_s = 86'400;
 
 /// "2026-06-01 08:02:32 UTC", with as many decimals as the instant needs, up to three.
 std::string time_text(GpsTime time) {
@@ -87,7 +87,7 @@ std::map<gnss::SatelliteId, std::vector<std::vector<SkyPoint>>> trails(
     const Eigen::Vector3d& antenna_enu, double trail_s, propagation::Arrival& now) {
   std::map<gnss::SatelliteId, std::vector<std::vector<SkyPoint>>> pieces;
   const int steps =
-      std::clamp(static_cast<int>(std::ceil(trail_s / kTrailStep_s)), kFewestTrailSteps, kMostTrailSteps);
+      std::clamp(static_cast<int>(std::ceil(trail_s / kTrailStep_s)), kMinTrailSteps, kMaxTrailSteps);
   std::map<gnss::SatelliteId, int> last;
   for (int k = 0; k <= steps; ++k) {
     now = listener.arrival(time - trail_s * (steps - k) / steps, antenna_enu, propagator);
@@ -116,7 +116,7 @@ void visit(options::Visitor& v, SkyplotOptions& o) {
            kProjections);
   v.part("sheet", o.sheet);
   v.number({"trail_s", "s", "length of the tracks before this instant, as received at this point"}, o.trail_s,
-           {0, kLongestTrail_s});
+           {0, kMaxTrail_s});
   v.angle({"elevation_mask_deg", "deg", "drawn only"}, o.elevation_mask_rad, {0, 90, false, true});
   v.text({"receiver", "", "for the title"}, o.receiver);
 }

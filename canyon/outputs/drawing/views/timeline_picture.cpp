@@ -61,7 +61,7 @@ class Timeline {
   /// Height of the rows of faults at the top of the picture.
   [[nodiscard]] static double faults_height(const TimelineDrawing& drawing) {
     if (drawing.faults.empty()) return 0;
-    return kFaultRow * static_cast<double>(std::min(drawing.faults.size(), kMostFaultRows)) + 12;
+    return kFaultRow * static_cast<double>(std::min(drawing.faults.size(), kMaxFaultRows)) + 12;
   }
 
   [[nodiscard]] static bool has_strength(const TimelineDrawing& drawing) {
@@ -101,7 +101,7 @@ class Timeline {
 
   void draw_faults(Canvas& canvas, const std::vector<Rect>& areas) const {
     Rect row{kPlotLeft, 92, kPlotWidth, kFaultRow - 4};
-    for (std::size_t i = 0; i < std::min(drawing_.faults.size(), kMostFaultRows); ++i) {
+    for (std::size_t i = 0; i < std::min(drawing_.faults.size(), kMaxFaultRows); ++i) {
       const TimelineFault& fault = drawing_.faults[i];
       for (const auto& [first, last] : fault.stretches) {
         const double from = std::max(row.x, x_at(row, first - begin_ - 0.5 * step_s_));
@@ -111,9 +111,9 @@ class Timeline {
         for (const Rect& area : areas)
           canvas.rectangle({from, area.y, width, area.height}, kFault.with_alpha(0.07));
       }
-      const bool more = i + 1 == kMostFaultRows && drawing_.faults.size() > kMostFaultRows;
+      const bool more = i + 1 == kMaxFaultRows && drawing_.faults.size() > kMaxFaultRows;
       const std::string label =
-          more ? fmt::format("{} and {} more", fault.name, drawing_.faults.size() - kMostFaultRows)
+          more ? fmt::format("{} and {} more", fault.name, drawing_.faults.size() - kMaxFaultRows)
                : fault.name;
       canvas.text({row.right() + 22, row.centre().y}, label, {.size = 11, .level = TextLevel::Middle});
       row.y += kFaultRow;
@@ -169,11 +169,11 @@ class Timeline {
     const std::vector<Series> series{{&TimelinePoint::cn0_nlos_dbhz, nlos_colour},
                                      {&TimelinePoint::cn0_los_dbhz, los_colour}};
     const std::vector<double> values = values_of(series);
-    const auto [least, most] = std::minmax_element(values.begin(), values.end());
+    const auto [least, maximum] = std::minmax_element(values.begin(), values.end());
     constexpr double kStep_db = 10;
     Scale scale;
     scale.low = kStep_db * std::floor(*least / kStep_db);
-    scale.high = kStep_db * (std::floor(*most / kStep_db) + 1);
+    scale.high = kStep_db * (std::floor(*maximum / kStep_db) + 1);
     for (double tick = scale.low; tick <= scale.high; tick += kStep_db) scale.ticks.push_back(tick);
     draw_values(canvas, area, "C/N0 [dB-Hz]", series, scale);
     draw_swatch(canvas, area, 12, los_colour, "LOS, mean");
@@ -232,10 +232,10 @@ class Timeline {
 
   void draw_satellites(Canvas& canvas, const Rect& area) const {
     canvas.rectangle(area, kGround);
-    int most = 1;
-    for (const TimelinePoint& p : points_) most = std::max(most, p.visible + p.blocked);
+    int maximum = 1;
+    for (const TimelinePoint& p : points_) maximum = std::max(maximum, p.visible + p.blocked);
     Scale scale;
-    scale.high = most + 1;
+    scale.high = maximum + 1;
     for (const double tick : linear_ticks(0, scale.high, 5))
       if (tick == std::floor(tick)) scale.ticks.push_back(tick);
     const auto layer = [&](const Colour& colour, const std::function<int(const TimelinePoint&)>& top_of) {

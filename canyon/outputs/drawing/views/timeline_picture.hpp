@@ -35,10 +35,10 @@ struct TimelineDrawing {
   std::string title;
   std::string subtitle;
   std::vector<TimelinePoint> points;       ///< ascending in time; not empty
-  std::vector<TimelineFault> faults = {};  ///< a row of bands each, kMostFaultRows at most
+  std::vector<TimelineFault> faults = {};  ///< a row of bands each, kMaxFaultRows at most
 };
 
-inline constexpr std::size_t kMostFaultRows = 12;
+inline constexpr std::size_t kMaxFaultRows = 12;
 
 /// Faults by name, if there are any; below them horizontal and vertical error, satellites (used, tracked
 /// but unused, not tracked; stacked) and HDOP over UTC, and below them C/N0 if any point has one (which makes

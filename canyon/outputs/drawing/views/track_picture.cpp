@@ -19,9 +19,9 @@ constexpr double kTrackMargin = 0.1;
 constexpr double kSmallestExtent_m = 60;
 constexpr double kSlimmest = 0.5;
 constexpr double kOffMapTail = 0.02;
-constexpr double kLeastReach_m = 100;
-constexpr double kLargestMapWidth = 1000;
-constexpr double kLargestMapHeight = 860;
+constexpr double kMinReach_m = 100;
+constexpr double kMaxMapWidth = 1000;
+constexpr double kMaxMapHeight = 860;
 constexpr double kTrackLegendWidth = 206;
 constexpr double kDotRadius = 3.2;
 /// More dots are thinned to one per cell of 1.5 units; the worst is kept.
@@ -139,7 +139,7 @@ class TrackMap {
     worst_ = drawing.error_m.quantile(1).value_or(0);
     scale_ = make_scale(std::move(errors), kOffMapTail);
     const Eigen::Vector3d size = extent_.max - extent_.min;
-    const double units = std::min(kLargestMapWidth / size.x(), kLargestMapHeight / size.y());
+    const double units = std::min(kMaxMapWidth / size.x(), kMaxMapHeight / size.y());
     area_ = {76, 78, units * size.x(), units * size.y()};
   }
 
@@ -315,7 +315,7 @@ city::Box map_extent(const std::vector<TrackPoint>& points) {
   if (!errors.empty()) {
     // Outliers must not shrink the track to a dot.
     const double farthest = std::min(*quantile(errors, 1 - kOffMapTail),
-                                     std::max(kLeastReach_m, (box.max - box.min).head<2>().norm()));
+                                     std::max(kMinReach_m, (box.max - box.min).head<2>().norm()));
     for (const TrackPoint& p : points)
       if (p.fix && p.error_m <= farthest) extend(*p.fix);
   }

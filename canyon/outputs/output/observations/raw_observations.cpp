@@ -95,7 +95,7 @@ std::optional<double> clock_sigma_m(const positioning::Fix& fix) {
 using geodesy::GpsTime;
 
 std::vector<broadcast::SentMessage> ReceivedMessages::received(const simulation::Epoch& epoch) {
-  constexpr double kLongestGap_s = 60;
+  constexpr double kMaxGap_s = 60;
   std::map<gnss::SatelliteId, Tracked> tracked;
   std::vector<broadcast::SentMessage> messages;
   for (const receiver::SatelliteObservation& s : epoch.observed.satellites) {
@@ -104,7 +104,7 @@ std::vector<broadcast::SentMessage> ReceivedMessages::received(const simulation:
     const auto before = tracked_.find(s.id);
     // A jump of the clock, or a restarted host.
     const bool goes_on =
-        before != tracked_.end() && sent > before->second.last && sent - before->second.last < kLongestGap_s;
+        before != tracked_.end() && sent > before->second.last && sent - before->second.last < kMaxGap_s;
     const Tracked now{goes_on ? before->second.since : sent, sent};
     tracked[s.id] = now;
     if (!goes_on || epoch.navigation == nullptr) continue;

@@ -85,9 +85,9 @@ std::string pvt_geodetic(const DeviceEpoch& epoch) {
   const bool moves = known && fix.velocity_enu_mps.has_value();
   for (const int axis : {1, 0, 2})
     p.r4(moves ? static_cast<float>((*fix.velocity_enu_mps)[axis]) : kUnknown4);
-  constexpr double kLeastForCourse_mps = 0.1;
+  constexpr double kMinForCourse_mps = 0.1;
   float course_deg = kUnknown4;
-  if (moves && fix.velocity_enu_mps->head<2>().norm() >= kLeastForCourse_mps) {
+  if (moves && fix.velocity_enu_mps->head<2>().norm() >= kMinForCourse_mps) {
     const double degrees = geodesy::degrees(std::atan2(fix.velocity_enu_mps->x(), fix.velocity_enu_mps->y()));
     course_deg = static_cast<float>(degrees < 0 ? degrees + 360 : degrees);
   }
@@ -308,8 +308,8 @@ Carrier carrier_of(const RawObservation& o, double reported_range_m) {
   const double wavelength_m = geodesy::kSpeedOfLight / o.measurement->carrier_frequency_hz;
   const auto steps =
       std::llround((*o.carrier_phase_cycles - reported_range_m / wavelength_m) / kPhase_cycles);
-  constexpr std::int64_t kMost = 127 * kHigh;  // a phase this far from the code is not sent
-  return std::abs(steps) > kMost ? Carrier{} : Carrier{steps};
+  constexpr std::int64_t kMax = 127 * kHigh;  // a phase this far from the code is not sent
+  return std::abs(steps) > kMax ? Carrier{} : Carrier{steps};
 }
 
 /// C/N0 in quarters of a decibel; 255: not known. P(Y) codes start at 0.
@@ -341,7 +341,7 @@ void put_first(Payload& p, const RawObservation& o, std::size_t channel, std::si
 void put_further(Payload& p, const RawObservation& first, const RawObservation& o,
                  const std::map<gnss::SatelliteId, int>& channels) {
   constexpr std::int64_t kNoCode = -4 * kHigh, kNoDoppler = -16 * kHigh;
-  constexpr double kLongest_s = 254;
+  constexpr double kMax_s = 254;
   const double from_m = encoded_range_m(first.pseudorange_m);
   std::int64_t code = std::llround((o.pseudorange_m - from_m) / kCode_m);
   if (code <= kNoCode || code > 4 * kHigh - 1) code = kNoCode;
@@ -354,7 +354,7 @@ void put_further(Payload& p, const RawObservation& first, const RawObservation& 
   }
   const Carrier carrier =
       code == kNoCode ? Carrier{} : carrier_of(o, from_m + static_cast<double>(code) * kCode_m);
-  p.u1(type_of(*o.signal)).u1(std::clamp(std::floor(o.locked_s + 1e-6), 0.0, kLongest_s)).u1(strength(o));
+  p.u1(type_of(*o.signal)).u1(std::clamp(std::floor(o.locked_s + 1e-6), 0.0, kMax_s)).u1(strength(o));
   p.u1((code >> 16 & 7) | (doppler >> 16 & 31) << 3).u1(carrier.high()).u1(observation_info(o, channels));
   p.u2(code & 0xFFFF).u2(carrier.low()).u2(doppler & 0xFFFF);
 }

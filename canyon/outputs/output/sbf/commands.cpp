@@ -100,7 +100,7 @@ std::string SbfCommands::receive(std::string_view bytes, std::int64_t now_ms) {
     if (c == '\r' || c == '\n') {
       answers += execute(trim(line_), now_ms);
       line_.clear();
-    } else if (c < ' ' || c > '~' || line_.size() >= kMostLine) {
+    } else if (c < ' ' || c > '~' || line_.size() >= kMaxLine) {
       line_.assign(1, '\0');  // bytes of another protocol, not a command line
     } else {
       line_ += c;

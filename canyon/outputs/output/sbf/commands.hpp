@@ -19,7 +19,7 @@ namespace canyon::output::sbf {
 class SbfCommands {
  public:
   static constexpr std::int64_t kQuiet_ms = 1500;
-  static constexpr std::size_t kMostLine = 1024;  ///< longer lines are ignored
+  static constexpr std::size_t kMaxLine = 1024;  ///< longer lines are ignored
 
   /// Takes bytes cut anywhere: commands, and other bytes (RTCM 3), which are ignored. Returns the responses.
   /// @param now_ms GPS time of the last epoch

@@ -31,7 +31,7 @@ constexpr std::array<std::pair<int, std::uint32_t>, 3> kProtocols{{{0, 0}, {1, 1
 std::string gnss_blocks(const std::set<gnss::System>& systems) {
   struct Block {
     gnss::System system;
-    std::uint8_t id, reserved, most;
+    std::uint8_t id, reserved, maximum;
   };
   constexpr Block kBlocks[]{{gnss::System::GPS, 0, 8, 16},    {gnss::System::SBAS, 1, 1, 3},
                             {gnss::System::Galileo, 2, 4, 8}, {gnss::System::BeiDou, 3, 8, 16},
@@ -39,7 +39,7 @@ std::string gnss_blocks(const std::set<gnss::System>& systems) {
   Payload p;
   p.u1(0).u1(32).u1(32).u1(std::size(kBlocks));
   for (const Block& block : kBlocks)
-    p.u1(block.id).u1(block.reserved).u1(block.most).u1(0).u4(0x00010000 | systems.count(block.system));
+    p.u1(block.id).u1(block.reserved).u1(block.maximum).u1(0).u4(0x00010000 | systems.count(block.system));
   return p.bytes();
 }
 
@@ -95,11 +95,11 @@ std::string navigation_engine(std::string stored, std::string_view given) {
   return stored;
 }
 
-constexpr std::size_t kMostKeys = 64;
+constexpr std::size_t kMaxKeys = 64;
 /// The keys named by the masks after a header of 4 bytes; empty if a mask matches none.
 std::vector<std::uint32_t> keys_named(const Configuration& settings, std::string_view payload) {
   std::vector<std::uint32_t> keys;
-  for (std::size_t at = 4; at < payload.size() && at < 4 + 4 * kMostKeys; at += 4) {
+  for (std::size_t at = 4; at < payload.size() && at < 4 + 4 * kMaxKeys; at += 4) {
     const std::vector<std::uint32_t> found =
         settings.keys(static_cast<std::uint32_t>(number_at(payload, at, 4)));
     if (found.empty()) return {};
@@ -317,7 +317,7 @@ UbxCommands::Reply UbxCommands::set_values(std::string_view payload) {
   if (payload.size() < 4 || number_at(payload, 0, 1) > 1) return Reply::Refuse;
   const std::uint64_t layers = number_at(payload, 1, 1);
   const auto pairs = key_values(payload.substr(4));
-  if (!pairs || pairs->size() > kMostKeys || (layers & 7) == 0) return Reply::Refuse;
+  if (!pairs || pairs->size() > kMaxKeys || (layers & 7) == 0) return Reply::Refuse;
   // All or nothing.
   for (const KeyValue& pair : *pairs)
     if (!settings_.current.takes(pair.key, pair.value)) return Reply::Refuse;
@@ -340,7 +340,7 @@ UbxCommands::Reply UbxCommands::get_values(std::string_view payload, std::string
   const std::size_t skipped = std::min<std::size_t>(number_at(payload, 2, 2), keys.size());
   Payload p;
   p.u1(1).u1(layer).u2(skipped);
-  for (std::size_t i = skipped; i < std::min(keys.size(), skipped + kMostKeys); ++i) {
+  for (std::size_t i = skipped; i < std::min(keys.size(), skipped + kMaxKeys); ++i) {
     p.u4(keys[i]);
     const std::uint64_t value = *settings.value(keys[i]);
     for (int byte = 0; byte < value_size(keys[i]); ++byte) p.u1(value >> (8 * byte) & 0xFF);

@@ -29,7 +29,7 @@ Found find_frame(std::string_view bytes) {
   if (bytes[1] != kSync2) return {1, false};
   if (bytes.size() < 6) return {};
   const std::size_t length = number_at(bytes, 4, 2);
-  if (length > UbxParser::kMostPayload) return {2, false};
+  if (length > UbxParser::kMaxPayload) return {2, false};
   if (bytes.size() < length + 8) return {};
   if (checksum(bytes.substr(2, length + 4)) != bytes.substr(length + 6, 2)) return {2, false};
   return {length + 8, true};
@@ -38,8 +38,8 @@ Found find_frame(std::string_view bytes) {
 /// "$...*hh": `$`, printable characters, CR LF or LF.
 Found find_line(std::string_view bytes) {
   std::size_t end = 1;
-  while (end < bytes.size() && bytes[end] >= 0x20 && bytes[end] <= 0x7E && end < UbxParser::kMostLine) ++end;
-  if (end == bytes.size() && end < UbxParser::kMostLine) return {};
+  while (end < bytes.size() && bytes[end] >= 0x20 && bytes[end] <= 0x7E && end < UbxParser::kMaxLine) ++end;
+  if (end == bytes.size() && end < UbxParser::kMaxLine) return {};
   if (end < 4 || bytes[end - 3] != '*') return {1, false};
   unsigned sum = 0;
   for (const char c : bytes.substr(1, end - 4)) sum ^= static_cast<unsigned char>(c);
@@ -66,7 +66,7 @@ std::uint64_t number_at(std::string_view bytes, std::size_t offset, std::size_t 
 void UbxParser::receive(std::string_view bytes, const Handlers& handlers) {
   // At most one frame is buffered, for any number of bytes at once.
   while (!bytes.empty()) {
-    const std::size_t taken = std::min(bytes.size(), kMostBytes);
+    const std::size_t taken = std::min(bytes.size(), kMaxBytes);
     waiting_ += bytes.substr(0, taken);
     bytes.remove_prefix(taken);
     std::string_view rest = waiting_;

@@ -23,13 +23,13 @@ using MessageId = std::uint16_t;
 [[nodiscard]] std::uint64_t number_at(std::string_view bytes, std::size_t offset, std::size_t size);
 
 /// Finds frames, and lines of NMEA 0183, in bytes cut anywhere. Ignores other bytes. After a damaged frame
-/// the search continues after its first two bytes. Holds at most kMostBytes.
+/// the search continues after its first two bytes. Holds at most kMaxBytes.
 class UbxParser {
  public:
   /// Payloads of commands are not longer.
-  static constexpr std::size_t kMostPayload = 1024;
-  static constexpr std::size_t kMostBytes = kMostPayload + 8;
-  static constexpr std::size_t kMostLine = 100;
+  static constexpr std::size_t kMaxPayload = 1024;
+  static constexpr std::size_t kMaxBytes = kMaxPayload + 8;
+  static constexpr std::size_t kMaxLine = 100;
 
   struct Handlers {
     std::function<void(MessageId, std::string_view payload)> frame;

@@ -78,9 +78,9 @@ TEST(UbxParser, HoldsLittleAndIsQuickWhateverComes) {
   received.receive(hostile);
   EXPECT_LT(std::chrono::steady_clock::now() - begin,
             std::chrono::seconds(20));  // 0.2 s on the author's machine
-  EXPECT_LE(received.parser.held(), UbxParser::kMostBytes);
+  EXPECT_LE(received.parser.held(), UbxParser::kMaxBytes);
   EXPECT_TRUE(received.frames.empty());
-  received.receive(std::string(UbxParser::kMostBytes, '\0') + frame(0x0A04, ""));
+  received.receive(std::string(UbxParser::kMaxBytes, '\0') + frame(0x0A04, ""));
   EXPECT_EQ(received.frames.size(), 1U);
 }
 

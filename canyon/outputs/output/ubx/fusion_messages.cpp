@@ -31,8 +31,8 @@ std::uint32_t measurement(std::uint8_t type, std::int64_t data) {
   return static_cast<std::uint32_t>(data & 0xFFFFFF) | static_cast<std::uint32_t>(type) << 24;
 }
 std::int64_t in_24_bits(double value, double step) {
-  constexpr double kMost = (1 << 23) - 1;
-  return std::llround(std::clamp(value / step, -kMost, kMost));
+  constexpr double kMax = (1 << 23) - 1;
+  return std::llround(std::clamp(value / step, -kMax, kMax));
 }
 
 /// The header of ESF-MEAS: time tag, number of measurements in bits 15 to 11, provider.

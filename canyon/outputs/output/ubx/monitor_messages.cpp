@@ -124,10 +124,10 @@ void SecurityLog::take(const UbxEpoch& epoch) {
 
 void SecurityLog::change(std::optional<SecurityEvent::Detection>& before,
                          std::optional<SecurityEvent::Detection> now, geodesy::GpsTime time) {
-  constexpr std::size_t kMost = 16;
+  constexpr std::size_t kMax = 16;
   if (before.has_value() != now.has_value()) {
     events_.insert(events_.begin(), {time, now ? *now : *before, !now.has_value()});
-    if (events_.size() > kMost) events_.pop_back();
+    if (events_.size() > kMax) events_.pop_back();
   }
   before = now;
 }

@@ -15,7 +15,7 @@ using gnss::System;
 using receiver::SatelliteObservation;
 using receiver::SignalObservation;
 
-constexpr std::size_t kMostEntries = 255;  // counts are one byte
+constexpr std::size_t kMaxEntries = 255;  // counts are one byte
 
 int degrees(double rad) {
   return static_cast<int>(std::lround(geodesy::degrees(rad)));
@@ -79,7 +79,7 @@ std::string nav_sat(const UbxEpoch& epoch) {
   std::size_t count = 0;
   for (const SatelliteObservation& s : epoch.seen.satellites) {
     const auto name = satellite_name(s.id);
-    if (!name || count == kMostEntries) continue;
+    if (!name || count == kMaxEntries) continue;
     ++count;
     const bool used = s.used && epoch.seen.fix.solved();
     list.u1(name->gnss).u1(name->satellite).u1(strength(s));
@@ -103,7 +103,7 @@ std::string nav_sig(const UbxEpoch& epoch) {
     if (!name) continue;
     const auto entry = [&](const SignalObservation& signal, const gnss::Signal& of, bool used) {
       const auto number = signal_number(s.id, of);
-      if (!number || count == kMostEntries) return;
+      if (!number || count == kMaxEntries) return;
       ++count;
       list.u1(name->gnss).u1(name->satellite).u1(*number).u1(frequency(s.id, epoch.glonass_channels));
       list.signed_field(used ? positioning::residual_m(epoch.seen.fix, s.id).value_or(0) : 0, 0.1, 2)
@@ -129,7 +129,7 @@ std::string nav_svinfo(const UbxEpoch& epoch) {
   std::size_t count = 0;
   for (const SatelliteObservation& s : epoch.seen.satellites) {
     const int number = single_number(s.id);
-    if (number == 0 || count == kMostEntries) continue;
+    if (number == 0 || count == kMaxEntries) continue;
     const bool used = s.used && epoch.seen.fix.solved();
     list.u1(count++).u1(number);
     list.u1((used ? 1 : 0) | (corrections(epoch.seen, used) != 0 ? 2 : 0) | (s.measurement ? 0b1100 : 0))
@@ -150,7 +150,7 @@ std::string rxm_rawx(const UbxEpoch& epoch) {
     const auto name = satellite_name(raw.id);
     const auto signal = signal_number(raw.id, *raw.signal);
     const bool m8 = epoch.generation == Generation::M8;
-    if (!name || !signal || count == kMostEntries || (m8 && gnss::index_of(*raw.signal) != 0)) continue;
+    if (!name || !signal || count == kMaxEntries || (m8 && gnss::index_of(*raw.signal) != 0)) continue;
     ++count;
     const positioning::Measurement& m = *raw.measurement;
     double phase = raw.carrier_phase_cycles.value_or(0);

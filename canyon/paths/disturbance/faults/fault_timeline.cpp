@@ -12,7 +12,7 @@ namespace canyon::disturbance {
 namespace {
 
 /// More faults than any scenario has. Limits the faults that clients of a running receiver add.
-constexpr std::size_t kMostFaults = 10'000;
+constexpr std::size_t kMaxFaults = 10'000;
 
 }  // namespace
 
@@ -96,8 +96,8 @@ bool FaultTimeline::add(Fault fault) {
   if (std::any_of(entries_.begin(), entries_.end(), same))
     throw InputError(fmt::format("two faults have the name '{}'", fault.name),
                      "give each fault another name");
-  if (entries_.size() >= kMostFaults) {
-    throw InputError(fmt::format("a timeline has at most {} faults, ended ones included", kMostFaults),
+  if (entries_.size() >= kMaxFaults) {
+    throw InputError(fmt::format("a timeline has at most {} faults, ended ones included", kMaxFaults),
                      "restart the run");
   }
   if (surroundings_.sky) fault.check(*surroundings_.sky);

@@ -67,8 +67,8 @@ struct Line {
 std::vector<Station> profile_from_above(const raytrace::RayScene& rays, const Line& line, double top_m,
                                         std::span<const double> walls) {
   constexpr double kSpacing_m = 0.25;
-  constexpr int kFewest = 16, kMost = 512;
-  const int count = std::clamp(static_cast<int>(line.length_m / kSpacing_m), kFewest, kMost);
+  constexpr int kMin = 16, kMax = 512;
+  const int count = std::clamp(static_cast<int>(line.length_m / kSpacing_m), kMin, kMax);
   const double level = std::hypot(line.direction.x(), line.direction.y());
   std::vector<Station> profile;
   profile.reserve(static_cast<std::size_t>(count) + walls.size());

@@ -71,9 +71,9 @@ inline int meets(const FloatBeam& b, float dx, float dy, float dz, float hx, flo
   int inside = static_cast<int>(squared <= b.reach * b.reach) & static_cast<int>(climb >= 0) &
                static_cast<int>(squared <= climb * climb);
   for (std::size_t k = 0; k < 5; ++k) {
-    const float most = dx * b.plane_x[k] + hx * b.size_x[k] + dy * b.plane_y[k] + hy * b.size_y[k] +
-                       dz * b.plane_z[k] + hz * b.size_z[k];
-    inside &= static_cast<int>(most >= b.plane_m[k]);
+    const float maximum = dx * b.plane_x[k] + hx * b.size_x[k] + dy * b.plane_y[k] + hy * b.size_y[k] +
+                          dz * b.plane_z[k] + hz * b.size_z[k];
+    inside &= static_cast<int>(maximum >= b.plane_m[k]);
   }
   return inside;
 }

@@ -72,7 +72,7 @@ FacadeLight::FacadeLight(const raytrace::RayScene& scene, double cell_m) : scene
   lift_m_ = 5e-3 + (bounds.isEmpty() ? 0 : 1e-6 * bounds.diagonal().norm());
   while (!number_cells()) cell_m_ *= 2;
   const std::size_t wanted = kWordsPerCell * std::max<std::size_t>(first_.back(), 1024);
-  const std::size_t words = std::min(std::bit_ceil(wanted), kMostBytes / 8);
+  const std::size_t words = std::min(std::bit_ceil(wanted), kMaxBytes / 8);
   words_mask_ = words - 1;
   // Large tables use pages of 2 MB, because accesses are random.
   const std::size_t bytes = 8 * words, page = std::min(bytes, std::size_t{2} << 20);
@@ -111,10 +111,10 @@ std::array<const Vector3d*, 3> FacadeLight::corners(std::uint32_t triangle) cons
 
 FacadeLight::Squares FacadeLight::squares(std::uint32_t triangle) const {
   const auto [a, b, c] = corners(triangle);
-  int most = 0;
-  (*b - *a).cross(*c - *a).cwiseAbs().maxCoeff(&most);
+  int maximum = 0;
+  (*b - *a).cross(*c - *a).cwiseAbs().maxCoeff(&maximum);
   Squares result;
-  result.axis = {most == 0 ? 1 : 0, most == 2 ? 1 : 2};
+  result.axis = {maximum == 0 ? 1 : 0, maximum == 2 ? 1 : 2};
   for (std::size_t k = 0; k < 2; ++k) {
     const int axis = result.axis[k];
     const auto [low, high] = std::minmax({(*a)[axis], (*b)[axis], (*c)[axis]});

@@ -18,13 +18,13 @@ namespace canyon::propagation {
 /// whether a ray from the middle of the cell in the middle of the direction is free. It is a function of the
 /// key alone, so that results do not depend on the order of requests, the number of threads, or evicted
 /// entries. A ray is cast if the requested key is not cached. Memory: 4 bytes for each triangle, and a table
-/// of 32 bytes for each cell, of at least 32 KB and at most kMostBytes. Eight cells in a row share a word for
+/// of 32 bytes for each cell, of at least 32 KB and at most kMaxBytes. Eight cells in a row share a word for
 /// each direction, and a cache line has 64 cells. A new row replaces the row with the same table index. Const
 /// members are thread-safe: a row, key and values, is one atomic word.
 class FacadeLight {
  public:
   static constexpr double kCell_m = 3;
-  static constexpr std::size_t kMostBytes = std::size_t{8} << 20;
+  static constexpr std::size_t kMaxBytes = std::size_t{8} << 20;
 
   /// Covers the scene's static city; the scene must outlive it. @param cell_m > 0; doubled until the cell
   /// numbers fit in 31 bits

@@ -73,9 +73,10 @@ void NearBends::see(const EdgeSet& set, double reach_m, double clearance_m) {
     const double low = start - radius, high = start + edge.length_m + radius;
     const bool certain = nearest > 0.1;
     const double least = certain ? cosine_of(low, low > 0 ? farthest : nearest) - Stay::kSpread - 1e-6 : -2;
-    const double most = certain ? cosine_of(high, high > 0 ? nearest : farthest) + Stay::kSpread + 1e-6 : 2;
+    const double maximum =
+        certain ? cosine_of(high, high > 0 ? nearest : farthest) + Stay::kSpread + 1e-6 : 2;
     near_.low[k] = static_cast<float>(least);
-    near_.high[k] = static_cast<float>(most);
+    near_.high[k] = static_cast<float>(maximum);
     root_m_[k] = static_cast<float>(certain ? radius / std::sqrt(2 * nearest) +
                                                   1.1 * Stay::kSpread * std::sqrt(reach_m / 2) + 1e-3
                                             : 1e6);

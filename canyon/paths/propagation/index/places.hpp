@@ -60,11 +60,11 @@ class Stay {
 
 /// Cache with one entry per antenna. An antenna that returns near its last position gets its entry back, on
 /// any thread. Results must not depend on the cache. Thread-safe. Memory: a `Kept` for each antenna of the
-/// last kMost requests that was near its last position twice in succession; nodes of a heat map have none.
+/// last kMax requests that was near its last position twice in succession; nodes of a heat map have none.
 template <typename Kept>
 class AntennaCache {
  public:
-  static constexpr std::uint64_t kMost = 1024;
+  static constexpr std::uint64_t kMax = 1024;
 
   /// Exclusive access to the entry of one antenna.
   class Lease {
@@ -107,7 +107,7 @@ class AntennaCache {
     }
     const bool again = nearest != kNone;
     std::size_t at = again ? nearest : oldest;
-    if (!again && (at == kNone || requests_ - entries_[at].request <= kMost)) {
+    if (!again && (at == kNone || requests_ - entries_[at].request <= kMax)) {
       at = entries_.size();
       entries_.emplace_back();
     }

@@ -51,12 +51,12 @@ TEST(AntennaCache, AntennasThatAreFarHaveNothing) {
 /// A map requests many points in sequence: cached data must not stay with entries that are passed on.
 TEST(AntennaCache, WhatIsKeptGoesWithItsPlace) {
   const AntennaCache<Counted> cache;
-  const int most = static_cast<int>(AntennaCache<Counted>::kMost);
-  for (int i = 0; i < most; ++i) {
+  const int maximum = static_cast<int>(AntennaCache<Counted>::kMax);
+  for (int i = 0; i < maximum; ++i) {
     for (int k = 0; k < 3; ++k) (void)cache.about({20.0 * i, 0, 2});
   }
-  EXPECT_GT(Counted::alive, most / 4);
-  for (int i = 0; i < 2 * most; ++i) {
+  EXPECT_GT(Counted::alive, maximum / 4);
+  for (int i = 0; i < 2 * maximum; ++i) {
     for (int k = 0; k < i % 3; ++k) (void)cache.about({20.0 * i, 100, 2});
   }
   EXPECT_EQ(Counted::alive, 0);
@@ -65,7 +65,7 @@ TEST(AntennaCache, WhatIsKeptGoesWithItsPlace) {
 TEST(AntennaCache, OldPlacesAreForgotten) {
   const AntennaCache<Kept> cache;
   (void)cache.about({-20, 0, 0});
-  for (std::uint64_t i = 0; i <= AntennaCache<Kept>::kMost; ++i)
+  for (std::uint64_t i = 0; i <= AntennaCache<Kept>::kMax; ++i)
     (void)cache.about({20.0 * static_cast<double>(i), 0, 0});
   EXPECT_EQ(cache.about({-20, 0, 0}).get(), nullptr);
 }

@@ -229,10 +229,10 @@ struct DeadReckoning::State {
   /// If accepted fixes have large innovations for the correlation time of their errors, the filter is wrong.
   /// A single one is no evidence.
   void wonder(double distance2, double innovation2, double since_s, Followed& followed) {
-    constexpr double kMostNews = 0.1, kMostDistance2 = 8;
+    constexpr double kMaxNews = 0.1, kMaxDistance2 = 8;
     const double ages = since_s / options.error_time_s + followed.moved_m / options.error_distance_m;
-    const double news = std::min(kMostNews, 1 - std::exp(-ages));
-    followed.surprise += news * (std::min(distance2, kMostDistance2) - followed.surprise);
+    const double news = std::min(kMaxNews, 1 - std::exp(-ages));
+    followed.surprise += news * (std::min(distance2, kMaxDistance2) - followed.surprise);
     if (followed.surprise < kSurprise) return;
     grow(innovation2, followed);
     followed.surprise = 1;
@@ -287,8 +287,8 @@ struct DeadReckoning::State {
     if (better) {
       space_variance = now;
     } else {
-      constexpr double kMost = 4;
-      space_variance += kFraction * (now.cwiseMin(kMost * space_variance) - space_variance);
+      constexpr double kMax = 4;
+      space_variance += kFraction * (now.cwiseMin(kMax * space_variance) - space_variance);
     }
     has_space_variance = true;
   }

@@ -85,10 +85,10 @@ void CellFix::state_covariance(std::span<const CellRange> ranges, const LinearFi
 }
 
 bool LinearFix::factorise() {
-  constexpr double kLeastPivot = positioning::kRankThreshold * positioning::kRankThreshold;
+  constexpr double kMinPivot = positioning::kRankThreshold * positioning::kRankThreshold;
   factors_.compute(matrix_);
   return factors_.info() == Eigen::Success &&
-         (factors_.matrixLLT().diagonal().array().square() > kLeastPivot * matrix_.diagonal().array()).all();
+         (factors_.matrixLLT().diagonal().array().square() > kMinPivot * matrix_.diagonal().array()).all();
 }
 
 Eigen::Matrix3d LinearFix::covariance() const {

@@ -26,9 +26,9 @@ namespace canyon::heatmap {
 /// H within 1e-10 of the pseudorange errors, up to PDOP 100.
 class LinearFix {
  public:
-  static constexpr int kMostUnknowns = 3 + static_cast<int>(gnss::kSystemCount);
+  static constexpr int kMaxUnknowns = 3 + static_cast<int>(gnss::kSystemCount);
   /// East, north, up, then the clocks [m].
-  using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostUnknowns, 1>;
+  using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxUnknowns, 1>;
 
   explicit LinearFix(int clocks)
       : matrix_(Matrix::Zero(3 + clocks, 3 + clocks)), right_(Unknowns::Zero(3 + clocks)) {}
@@ -69,7 +69,7 @@ class LinearFix {
   }
 
   using Matrix =
-      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostUnknowns, kMostUnknowns>;
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxUnknowns, kMaxUnknowns>;
   Matrix matrix_;  // H^T W H, the lower part
   Eigen::LLT<Matrix> factors_;
   Unknowns right_;

@@ -310,13 +310,13 @@ RunCells::RunCells(const simulation::Environment& environment, const propagation
   receiver.base->options.validate();
   base_.emplace(environment, *receiver.base, receiver.samples);
   // An epoch needs some kilobytes, and all are in memory for the cells of a tile.
-  constexpr std::int64_t kMostEpochs = 100'000;
+  constexpr std::int64_t kMaxEpochs = 100'000;
   const int sample_count = receiver.samples.samples, seconds = receiver.limits.rtk_s;
   const std::int64_t epochs = std::int64_t{sample_count} * (seconds + 1);
-  if (epochs > kMostEpochs) {
+  if (epochs > kMaxEpochs) {
     throw InputError(
         fmt::format("{} draws of {} s need {} epochs of the base", sample_count, seconds, epochs),
-        fmt::format("layers of RTK allow {}: use fewer draws, or a shorter time", kMostEpochs));
+        fmt::format("layers of RTK allow {}: use fewer draws, or a shorter time", kMaxEpochs));
   }
 }
 

@@ -23,9 +23,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kMostSatellites = 128;
+constexpr std::size_t kMaxSatellites = 128;
 /// Maximum number of solutions that a tile caches, to limit memory.
-constexpr std::size_t kMostSets = 4096;
+constexpr std::size_t kMaxSets = 4096;
 /// Cells whose satellites are gathered at once: their bits fit the first-level cache.
 constexpr std::size_t kBlock = 512;
 
@@ -33,7 +33,7 @@ bool needs_fix(Layer layer) {
   return info(layer).error && of_solver(layer);
 }
 
-/// Satellites of a tile by their index, below kMostSatellites.
+/// Satellites of a tile by their index, below kMaxSatellites.
 struct SatelliteSet {
   std::array<std::uint64_t, 2> bits{};
   bool drifting = false;  ///< the noise's mean drifts if these are received
@@ -107,9 +107,9 @@ class SharedTile {
         errors_{receiver.options, receiver.klobuchar, time,
                 signals.satellites.empty() ? geodesy::Geodetic() : seen_from(signals.satellites.front())},
         fix_(fix_satellites(signals.satellites, errors_.centre), receiver.options.fix) {
-    if (signals.satellites.size() > kMostSatellites) {
+    if (signals.satellites.size() > kMaxSatellites) {
       throw InputError(fmt::format("{} satellites are above the mask at once, more than a map's {}",
-                                   signals.satellites.size(), kMostSatellites),
+                                   signals.satellites.size(), kMaxSatellites),
                        "leave satellite systems out, or increase the elevation mask");
     }
     const auto is_wanted = [&](Layer layer) {
@@ -196,7 +196,7 @@ class SharedTile {
   const SetSolution& solution(const SatelliteSet& set) {
     // Neighbouring cells mostly receive the same satellites.
     if (last_ != nullptr && last_set_ == set) return *last_;
-    if (sets_.size() >= kMostSets) sets_.clear();
+    if (sets_.size() >= kMaxSets) sets_.clear();
     const auto [found, made] = sets_.try_emplace(set);
     if (made) solve(set, found->second);
     last_set_ = set;

@@ -31,7 +31,7 @@ std::shared_ptr<const tracking::LaneCodeLock> lane_lock_of(
 }  // namespace
 
 SteadySky::SteadySky(const simulation::Environment& environment, const receiver::ReceiverOptions& options,
-                     int most_bundles, const DrawOptions& monte_carlo, int lanes, const Vector3d& centre,
+                     int max_clusters, const DrawOptions& monte_carlo, int lanes, const Vector3d& centre,
                      geodesy::GpsTime time)
     : lanes_(lanes), padded_(tracking::LaneCodeLock::padded(static_cast<std::size_t>(lanes))) {
   const geodesy::LocalFrame& frame = environment.city().frame;
@@ -72,7 +72,7 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
   for (const orbit::LineOfSight& line : lines) {
     SteadySatellite s = satellite_of(common, line, locks);
     s.direction = directions_.emplace_back(local_from_ecef * line.direction_ecef);
-    fill_lanes(common, sampled, static_cast<std::size_t>(most_bundles), s);
+    fill_lanes(common, sampled, static_cast<std::size_t>(max_clusters), s);
     satellites_.push_back(std::move(s));
   }
 }

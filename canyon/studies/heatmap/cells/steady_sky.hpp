@@ -45,7 +45,7 @@ struct SteadySatellite {
 class SteadySky {
  public:
   SteadySky(const simulation::Environment& environment, const receiver::ReceiverOptions& options,
-            int most_bundles, const DrawOptions& monte_carlo, int lanes, const Eigen::Vector3d& centre,
+            int max_clusters, const DrawOptions& monte_carlo, int lanes, const Eigen::Vector3d& centre,
             geodesy::GpsTime time);
 
   [[nodiscard]] const std::vector<SteadySatellite>& satellites() const { return satellites_; }

@@ -171,7 +171,7 @@ struct Heatmap::Impl {
     const std::size_t cells = std::size_t{std::min(request.grid.tile_size, request.grid.columns)} *
                               std::min(request.grid.tile_size, request.grid.rows);
     const std::size_t bytes = request.layers.size() * request.altitudes_m.size() * cells * sizeof(float);
-    if (bytes > kMostBytesATime) {
+    if (bytes > kMaxBytesATime) {
       throw InputError(fmt::format("{} layers at {} altitudes are too many for tiles of {} cells",
                                    request.layers.size(), request.altitudes_m.size(), cells),
                        "give fewer altitudes, or compute them in several maps");

@@ -68,7 +68,7 @@ struct MapRunResult {
 class Heatmap {
  public:
   /// Maximum bytes of a unit's values, and of the values of one time if they are more (else InputError).
-  static constexpr std::size_t kUnitBytes = std::size_t{32} << 20, kMostBytesATime = std::size_t{256} << 20;
+  static constexpr std::size_t kUnitBytes = std::size_t{32} << 20, kMaxBytesATime = std::size_t{256} << 20;
 
   /// Accepts any propagation model and receiver: cells omit what cell_method() allows, otherwise each runs a
   /// receiver::Receiver (slow). Throws InputError for options that do not validate().

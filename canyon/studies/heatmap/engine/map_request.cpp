@@ -19,7 +19,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using geodesy::GpsTime;
 
-constexpr std::size_t kMostTimes = 100'000;
+constexpr std::size_t kMaxTimes = 100'000;
 /// Rays are exact within this distance of a city (RayScene).
 constexpr double kFarFromCity_m = 10'000;
 /// Width of bare terrain around the buildings that belongs to a city's map.
@@ -69,9 +69,9 @@ std::vector<GpsTime> time_range(GpsTime from, GpsTime end, double step_s, bool i
   // The end is included if a step is on it up to rounding.
   const double steps = (end - from) / step_s;
   const double count = included ? std::floor(steps + 1e-6) + 1 : std::max(1.0, std::ceil(steps - 1e-6));
-  if (count > static_cast<double>(kMostTimes)) {
+  if (count > static_cast<double>(kMaxTimes)) {
     throw InputError(fmt::format("a step of {} s gives {:.0f} times", step_s, count),
-                     fmt::format("use a longer step: at most {} times are computed in one map", kMostTimes));
+                     fmt::format("use a longer step: at most {} times are computed in one map", kMaxTimes));
   }
   std::vector<GpsTime> times;
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
@@ -231,9 +231,9 @@ std::vector<GpsTime> parse_times(const std::string& text, std::optional<GpsTime>
     for (const std::string_view piece : split(text, ',')) times.push_back(parse_moment(piece, start));
     std::sort(times.begin(), times.end());
     times.erase(std::unique(times.begin(), times.end()), times.end());
-    if (times.size() > kMostTimes) {
+    if (times.size() > kMaxTimes) {
       throw InputError(fmt::format("{} times are too many", times.size()),
-                       fmt::format("at most {} are computed in one map", kMostTimes));
+                       fmt::format("at most {} are computed in one map", kMaxTimes));
     }
     return times;
   }

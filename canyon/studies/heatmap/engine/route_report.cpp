@@ -18,7 +18,7 @@ using Eigen::Vector2d;
 using geodesy::GpsTime;
 
 constexpr double kChord_s = 0.25;
-constexpr double kMostChords = 2e6, kMostStations = 1e7;
+constexpr double kMaxChords = 2e6, kMaxStations = 1e7;
 
 /// The route as a polyline, with the trajectory's times and heights at its corners.
 struct Route {
@@ -44,7 +44,7 @@ struct Route {
 Route follow(const simulation::Trajectory& trajectory, const geodesy::LocalFrame& frame) {
   const double duration_s = trajectory.end() - trajectory.begin();
   const double step_s = std::min(kChord_s, trajectory.sample_interval_s() / 4);
-  const double steps = std::clamp(std::ceil(duration_s / step_s), 1.0, kMostChords);
+  const double steps = std::clamp(std::ceil(duration_s / step_s), 1.0, kMaxChords);
   Route route;
   for (std::size_t i = 0; i <= static_cast<std::size_t>(steps); ++i) {
     const double seconds = duration_s * static_cast<double>(i) / steps;
@@ -162,10 +162,10 @@ RouteReport report_route(const MapLookup& map, const geodesy::LocalFrame& frame,
   RouteReport report;
   report.length_m = route.length_m();
   const double pieces = std::max(1.0, std::ceil(report.length_m / options.step_m - 1e-9));
-  if (pieces > kMostStations) {
+  if (pieces > kMaxStations) {
     throw InputError(fmt::format("a route of {:.0f} m in steps of {} m has {:.0f} stations", report.length_m,
                                  options.step_m, pieces),
-                     fmt::format("use a longer step: at most {:.0f} are evaluated", kMostStations));
+                     fmt::format("use a longer step: at most {:.0f} are evaluated", kMaxStations));
   }
   const double piece_m = report.length_m / pieces;
   const GpsTime start = options.start.value_or(trajectory.begin());

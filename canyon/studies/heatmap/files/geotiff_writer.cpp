@@ -76,8 +76,8 @@ class GeotiffWriter {
     });
     if (GDALGetDriverByName("COG") == nullptr)
       throw InputError("this GDAL has no driver for Cloud Optimized GeoTIFF", "install GDAL 3.1 or later");
-    constexpr std::uint32_t kMost = std::numeric_limits<int>::max();
-    if (grid_.columns > kMost || grid_.rows > kMost) {
+    constexpr std::uint32_t kMax = std::numeric_limits<int>::max();
+    if (grid_.columns > kMax || grid_.rows > kMax) {
       throw InputError(fmt::format("a GeoTIFF cannot have {} x {} cells", grid_.columns, grid_.rows),
                        "use a coarser spacing or a smaller area, or write NetCDF");
     }

@@ -33,7 +33,7 @@ std::mutex library;
 /// A prime, much larger than the number of cached chunks.
 constexpr std::size_t kCacheSlots = 521;
 /// Limits of a child process that reads.
-constexpr rlim_t kMostMemory = rlim_t{3} << 29, kLongestRead_s = 10;
+constexpr rlim_t kMaxMemory = rlim_t{3} << 29, kMaxRead_s = 10;
 
 /// Calls a function of the library under the lock.
 template <typename Function, typename... Arguments>
@@ -97,16 +97,16 @@ void become_expendable() {
   const int nowhere = ::open("/dev/null", O_RDWR | O_CLOEXEC);
   for (const int out : {STDOUT_FILENO, STDERR_FILENO}) dup2(nowhere, out);
   mallopt(M_PERTURB, 0xA5);  // reads beyond the end, or before the beginning, give no valid pointer
-  const auto bound = [](auto resource, rlim_t most) {
+  const auto bound = [](auto resource, rlim_t maximum) {
     rlimit limit{};
     getrlimit(resource, &limit);
-    limit.rlim_cur = std::min(limit.rlim_cur, most);
+    limit.rlim_cur = std::min(limit.rlim_cur, maximum);
     setrlimit(resource, &limit);
   };
   rlim_t pages = 0;
   if (std::ifstream("/proc/self/statm") >> pages)
-    bound(RLIMIT_AS, pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + kMostMemory);
-  bound(RLIMIT_CPU, kLongestRead_s);
+    bound(RLIMIT_AS, pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + kMaxMemory);
+  bound(RLIMIT_CPU, kMaxRead_s);
 }
 
 /// Whether reads finish, or throw an InputError, in a child process.
@@ -129,7 +129,7 @@ bool end_well(const std::filesystem::path& path, const std::function<void()>& re
     throw InputError(path, 0, fmt::format("cannot be tried in a process: {}", std::strerror(errno)));
   ::close(ends[1]);
   pollfd end{ends[0], POLLIN, 0};
-  while (poll(&end, 1, static_cast<int>(kLongestRead_s) * 1000) < 0 && errno == EINTR) {
+  while (poll(&end, 1, static_cast<int>(kMaxRead_s) * 1000) < 0 && errno == EINTR) {
   }
   char reported = 0;
   const bool well = end.revents != 0 && ::read(ends[0], &reported, 1) == 1;

@@ -26,7 +26,7 @@ namespace {
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr int kDeflateLevel = 4;
 /// In larger maps, latitude and longitude of every cell would be larger than the layers.
-constexpr std::size_t kMostCellsWithLatitude = 4'000'000;
+constexpr std::size_t kMaxCellsWithLatitude = 4'000'000;
 
 class NetcdfWriter {
  public:
@@ -35,7 +35,7 @@ class NetcdfWriter {
         request_(*source.request),
         grid_(request_.grid),
         file_(NetcdfFile::create(at, shown)) {
-    with_latitude_ = grid_.cells() <= kMostCellsWithLatitude;
+    with_latitude_ = grid_.cells() <= kMaxCellsWithLatitude;
     steps_ = grid_.tile_count() * (request_.times.size() + (with_latitude_ ? 1 : 0));
   }
 

@@ -101,8 +101,8 @@ struct StoredMap::Impl : About {
     if (!(grid.spacing_m > 0) || !(tile_size >= 1 && tile_size <= 65536)) refuse("its grid is invalid");
     grid.tile_size = static_cast<std::uint32_t>(tile_size);
     const std::size_t columns = size_of(layout::kX), rows = size_of(layout::kY);
-    constexpr std::size_t kMost = std::size_t{1} << 31;
-    if (columns > kMost || rows > kMost) refuse("its grid is invalid");
+    constexpr std::size_t kMax = std::size_t{1} << 31;
+    if (columns > kMax || rows > kMax) refuse("its grid is invalid");
     grid.columns = static_cast<std::uint32_t>(columns);
     grid.rows = static_cast<std::uint32_t>(rows);
     // An extract by another tool has these attributes but other axes.
@@ -195,8 +195,8 @@ struct StoredMap::Impl : About {
     });
     pieces.push_front(std::move(fresh));
     const std::size_t bytes = (layers.size() * sizeof(float) + 1) * grid.tile_size * grid.tile_size;
-    const std::size_t most = std::max<std::size_t>(1, kCacheBytes / bytes);
-    while (pieces.size() > most) pieces.pop_back();
+    const std::size_t maximum = std::max<std::size_t>(1, kCacheBytes / bytes);
+    while (pieces.size() > maximum) pieces.pop_back();
     return pieces.front();
   }
 

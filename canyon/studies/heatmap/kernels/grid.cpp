@@ -49,12 +49,12 @@ Tile Grid::tile(std::size_t i) const {
 }
 
 void visit(options::Visitor& v, Grid& o) {
-  constexpr std::uint32_t kMost = std::uint32_t{1} << 31;
+  constexpr std::uint32_t kMax = std::uint32_t{1} << 31;
   v.number({"west_m", "m", "western edge, east of the city's origin"}, o.west_m, {});
   v.number({"south_m", "m", "southern edge, north of it"}, o.south_m, {});
   v.number({"spacing_m", "m", "side of a cell"}, o.spacing_m, {0.01, 10'000});
-  v.integer({"columns", "cells", "from west to east"}, o.columns, 1, kMost);
-  v.integer({"rows", "cells", "from south to north"}, o.rows, 1, kMost);
+  v.integer({"columns", "cells", "from west to east"}, o.columns, 1, kMax);
+  v.integer({"rows", "cells", "from south to north"}, o.rows, 1, kMax);
   v.integer({"tile_size", "cells", "width of a tile", "256, fewer if these are wider than 1024 m"},
             o.tile_size, 1, 4096);
 }

@@ -70,7 +70,7 @@ void RangeRaster::add(const RasterPoint& a, const RasterPoint& b, const RasterPo
   const double along_v = (ct * bu - bt * cu) / twice_area;
   // If a triangle is seen nearly edge-on, the slopes are inaccurate, but its corners are exact.
   const double least = std::min(std::min(a.range, b.range), c.range);
-  const double most = std::max(std::max(a.range, b.range), c.range);
+  const double maximum = std::max(std::max(a.range, b.range), c.range);
   scan_triangle(a, b, c, columns_, ranges_.size() / columns_, [&](int row, int first, int last) {
     float* cells = ranges_.data() + static_cast<std::size_t>(row) * columns_ + first;
     const double start = a.range + along_u * (first - a.u) + along_v * (row - a.v);
@@ -78,7 +78,7 @@ void RangeRaster::add(const RasterPoint& a, const RasterPoint& b, const RasterPo
     for (int i = 0; i < count; ++i) {
       double range = start + along_u * i;
       range = range > least ? range : least;
-      range = range < most ? range : most;
+      range = range < maximum ? range : maximum;
       const float rounded = static_cast<float>(range);
       cells[i] = rounded < cells[i] ? rounded : cells[i];
     }

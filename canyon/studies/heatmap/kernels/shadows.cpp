@@ -16,7 +16,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kLeastRise = 0.01;
+constexpr double kMinRise = 0.01;
 
 [[maybe_unused]] bool is_plane(const CellPlane& plane) {
   return plane.first.allFinite() && plane.spacing_m > 0 && std::isfinite(plane.spacing_m) &&
@@ -24,7 +24,7 @@ constexpr double kLeastRise = 0.01;
 }
 
 [[maybe_unused]] bool is_direction(const Vector3d& direction) {
-  return std::abs(direction.squaredNorm() - 1) < 1e-6 && direction.z() > kLeastRise;
+  return std::abs(direction.squaredNorm() - 1) < 1e-6 && direction.z() > kMinRise;
 }
 
 /// The space from which objects throw a shadow onto a rectangle of a horizontal plane: points p above it, up

@@ -40,7 +40,7 @@ using canyon::raytrace::RayScene;
 using Eigen::Vector3d;
 
 constexpr std::uint32_t kTile = 256;
-constexpr std::uint32_t kMostCells = kTile * kTile;
+constexpr std::uint32_t kMaxCells = kTile * kTile;
 constexpr double kMirrorRange_m = 100;
 constexpr int kRounds = 5;
 
@@ -48,9 +48,9 @@ constexpr int kRounds = 5;
 class BareEmbree {
  public:
   explicit BareEmbree(const Mesh& mesh) : bare_(mesh) {
-    single_.resize(kMostCells);
-    packets8_.resize(kMostCells / 8);
-    packets16_.resize(kMostCells / 16);
+    single_.resize(kMaxCells);
+    packets8_.resize(kMaxCells / 8);
+    packets16_.resize(kMaxCells / 16);
   }
 
   /// Rays of a tile, in all forms.
@@ -63,7 +63,7 @@ class BareEmbree {
     r.dir_z = static_cast<float>(direction.z());
     r.tfar = std::numeric_limits<float>::infinity();
     r.mask = 0xFFFFFFFFu;
-    for (std::uint32_t i = 0; i < kMostCells; ++i) {
+    for (std::uint32_t i = 0; i < kMaxCells; ++i) {
       if (i < count_) {
         const Vector3d at =
             canyon::heatmap::reference::cell_point(plane, i % plane.columns, i / plane.columns);
@@ -196,7 +196,7 @@ BENCHMARK(Construction)->Unit(benchmark::kMillisecond);
 /// The whole map with the sky's satellites at one elevation, or all of it (0).
 void Shadows(benchmark::State& state) {
   const Fixture& f = fixture();
-  std::vector<std::uint8_t> blocked(kMostCells);
+  std::vector<std::uint8_t> blocked(kMaxCells);
   std::vector<Vector3d> sky = f.sky;
   if (state.range(0) > 0) {
     for (std::size_t i = 0; i < sky.size(); ++i) {
@@ -218,7 +218,7 @@ BENCHMARK(Shadows)->Unit(benchmark::kMillisecond)->Arg(0)->Arg(3)->Arg(10)->Arg(
 
 void Ranges(benchmark::State& state) {
   const Fixture& f = fixture();
-  std::vector<float> ranges(kMostCells);
+  std::vector<float> ranges(kMaxCells);
   const double limit =
       state.range(0) > 0 ? static_cast<double>(state.range(0)) : std::numeric_limits<double>::infinity();
   for (auto _ : state) {
@@ -246,10 +246,10 @@ double median(std::vector<double> v) {
 
 void print_ratios() {
   Fixture& f = fixture();
-  std::vector<std::uint8_t> bare(kMostCells), other(kMostCells);
-  std::vector<float> ranges(kMostCells);
-  std::vector<Ray> rays(kMostCells);
-  const auto flags = std::make_unique<bool[]>(kMostCells);
+  std::vector<std::uint8_t> bare(kMaxCells), other(kMaxCells);
+  std::vector<float> ranges(kMaxCells);
+  std::vector<Ray> rays(kMaxCells);
+  const auto flags = std::make_unique<bool[]>(kMaxCells);
   std::size_t blocked = 0, different = 0, beyond_1_mm = 0;
   double farthest = 0;
 
@@ -350,7 +350,7 @@ void print_threads() {
     for (int i = 0; i < threads; ++i) {
       workers.emplace_back([&, i] {
         const double own_start = now(), cpu_start = cpu_seconds();
-        std::vector<std::uint8_t> blocked(kMostCells);
+        std::vector<std::uint8_t> blocked(kMaxCells);
         for (std::size_t t = next++; t < f.tiles.size(); t = next++) {
           const CellPlane& tile = f.tiles[t];
           for (const Vector3d& direction : f.sky) {

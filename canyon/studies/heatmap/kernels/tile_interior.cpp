@@ -18,7 +18,7 @@ using raytrace::kLevelRays;
 
 constexpr std::size_t kBands = 1024;
 /// With more visible ends per cell, the rays of containment() cost less (about 20 us a cell).
-constexpr std::size_t kMostEnds = 400;
+constexpr std::size_t kMaxEnds = 400;
 
 /// The intersection of the edge from `a` to `b` with the plane; bit-identical for both orders of the ends.
 std::array<double, 2> cut(const Point& a, const Point& b, double z) {
@@ -32,7 +32,7 @@ bool is_above(const Point& point, double z) {
 }
 
 /// Surfaces whose normal has a smaller horizontal part are not followed to their intersection with the plane.
-constexpr double kLeastLean = 0.02;
+constexpr double kMinLean = 0.02;
 
 /// Rows of cells, none if last < first.
 struct RowRange {
@@ -185,12 +185,12 @@ std::vector<std::uint32_t> Interiors::on_surfaces(const CellPlane& plane, double
   std::vector<std::uint32_t> cells;
   if (plane.columns == 0 || plane.rows == 0) return cells;
   // A sloping surface is up to this much farther in the plane than in space; flatter ones are not followed.
-  const double most_m = distance_m / kLeastLean;
-  for_each_segment(plane, most_m, [&](const Triangle& triangle, const auto& from, const auto& to) {
+  const double max_m = distance_m / kMinLean;
+  for_each_segment(plane, max_m, [&](const Triangle& triangle, const auto& from, const auto& to) {
     const Eigen::Map<const Eigen::Vector3d> a(triangle.corner[0].data()), b(triangle.corner[1].data()),
         c(triangle.corner[2].data());
     const Eigen::Vector3d normal = (b - a).cross(c - a).stableNormalized();
-    const double reach_m = distance_m / std::max(normal.template head<2>().norm(), kLeastLean);
+    const double reach_m = distance_m / std::max(normal.template head<2>().norm(), kMinLean);
     const Eigen::Vector2d start(from[0], from[1]), side(to[0] - from[0], to[1] - from[1]);
     const double length2 = side.squaredNorm();
     const RowRange rows =
@@ -226,7 +226,7 @@ bool Interiors::find(const CellPlane& plane, std::span<const std::uint8_t> wante
                      std::span<std::uint8_t> inside) const {
   assert(wanted.size() == std::size_t{plane.columns} * plane.rows && inside.size() == wanted.size());
   const std::vector<End> open = ends(plane.z);
-  if (open.size() > kMostEnds) return false;
+  if (open.size() > kMaxEnds) return false;
   std::fill(inside.begin(), inside.end(), std::uint8_t{0});
   if (wanted.empty()) return true;
   std::vector<std::int32_t> crossings;

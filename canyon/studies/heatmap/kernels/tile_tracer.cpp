@@ -31,7 +31,7 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 /// Height differences within a tile below this are ignored [m].
 constexpr double kFlat_m = 1e-3;
 /// ShadowCaster needs directions with a larger vertical component.
-constexpr double kLeastCastRise = 0.01;
+constexpr double kMinCastRise = 0.01;
 
 CellState state_of(Containment containment) {
   switch (containment) {
@@ -208,7 +208,7 @@ struct TileTracer::Impl {
 
   /// blocked[i] = 1 if there is an obstacle from Computed cell i towards `direction`, else 0.
   void block(const TileCells& cells, const Vector3d& direction, std::span<std::uint8_t> blocked) const {
-    if (cells.flat() && direction.z() > kLeastCastRise) {
+    if (cells.flat() && direction.z() > kMinCastRise) {
       shadows.shadows(cells.plane, direction, blocked);
       for (const std::uint32_t i : cells.on_walls) {
         const Vector3d from = cells.centre(i);
@@ -274,7 +274,7 @@ struct TileTracer::Impl {
       if (!hit) return std::nullopt;
       return hit->range_m;
     };
-    if (cells.flat() && mirrored.z() > kLeastCastRise) {
+    if (cells.flat() && mirrored.z() > kMinCastRise) {
       static thread_local std::vector<float> ranges;
       ranges.resize(cells.tile.cells());
       shadows.ranges(cells.plane, mirrored, options.max_range_m, ranges);

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 /// A middle dot, with spaces.
 constexpr const char* kDot = "  \u00b7  ";
 /// Values to draw are kept in memory up to this size; the rest is read from the source a second time.
-constexpr std::size_t kMostKeptBytes = std::size_t{256} << 20;
+constexpr std::size_t kMaxKeptBytes = std::size_t{256} << 20;
 
 /// "2019-04-28 04:44:00 UTC".
 std::string readable_utc(geodesy::GpsTime t, int decimals) {
@@ -75,13 +75,11 @@ class Writer {
 
  private:
   using Rasters = std::vector<std::vector<PanelRaster>>;  ///< [altitude][layer]
-  [[nodiscard]] std::size_t sheets() const {
-    return (request_.layers.size() + kMostPanels - 1) / kMostPanels;
-  }
+  [[nodiscard]] std::size_t sheets() const { return (request_.layers.size() + kMaxPanels - 1) / kMaxPanels; }
   [[nodiscard]] std::vector<Layer> sheet_layers(std::size_t sheet) const {
-    const auto first = request_.layers.begin() + static_cast<std::ptrdiff_t>(sheet * kMostPanels);
+    const auto first = request_.layers.begin() + static_cast<std::ptrdiff_t>(sheet * kMaxPanels);
     const auto left = static_cast<std::size_t>(request_.layers.end() - first);
-    return {first, first + static_cast<std::ptrdiff_t>(std::min(left, kMostPanels))};
+    return {first, first + static_cast<std::ptrdiff_t>(std::min(left, kMaxPanels))};
   }
 
   [[nodiscard]] std::string name(std::size_t sheet, std::size_t altitude, std::size_t time) const {
@@ -102,7 +100,7 @@ class Writer {
     Rasters rasters = reduce(source_, time, layout_.raster_size());
     const std::size_t bytes = layout_.raster_size().pixels() * request_.layers.size() *
                               request_.altitudes_m.size() * (sizeof(float) + sizeof(CellShade));
-    if (keep && bytes <= kMostKeptBytes - kept_bytes_) {
+    if (keep && bytes <= kMaxKeptBytes - kept_bytes_) {
       kept_[time] = rasters;
       kept_bytes_ += bytes;
     }
@@ -131,7 +129,7 @@ class Writer {
     no_value_.resize(sheets());
     for (std::size_t layer = 0; layer < request_.layers.size(); ++layer) {
       scales_.push_back(make_colour_scale(request_.layers[layer], histograms[layer]));
-      const std::size_t sheet = layer / kMostPanels;
+      const std::size_t sheet = layer / kMaxPanels;
       for (std::size_t shade = 0; shade < kShades; ++shade)
         seen_[sheet][shade] = seen_[sheet][shade] || seen[layer][shade];
       if (!seen[layer][static_cast<std::size_t>(CellShade::NoValue)]) continue;
@@ -182,7 +180,7 @@ class Writer {
     sheet.has_outlines = has_outlines_;
     const std::vector<Layer> layers = sheet_layers(number);
     for (std::size_t i = 0; i < layers.size(); ++i) {
-      const std::size_t layer = number * kMostPanels + i;
+      const std::size_t layer = number * kMaxPanels + i;
       sheet.panels.push_back({layers[i], &rasters[layer], &scales_[layer]});
     }
     const auto pixels = [](double units) {

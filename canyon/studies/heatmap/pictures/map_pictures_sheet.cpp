@@ -164,7 +164,7 @@ void draw_bar(Canvas& canvas, const Rect& position, const ColourScale& scale) {
 }  // namespace
 
 SheetLayout::SheetLayout(const Grid& grid, const std::vector<Layer>& layers) {
-  assert(!layers.empty() && layers.size() <= kMostPanels);
+  assert(!layers.empty() && layers.size() <= kMaxPanels);
   columns_ = layers.size() <= 3 ? layers.size() : layers.size() == 4 ? 2 : 3;
   map_width_ = map_width_for(columns_);
   const double east = grid.columns * grid.spacing_m, north = grid.rows * grid.spacing_m;

@@ -47,7 +47,7 @@ struct RasterSize {
 [[nodiscard]] std::vector<std::vector<PanelRaster>> reduce(const MapSource& source, std::size_t time,
                                                            const RasterSize& size);
 
-inline constexpr std::size_t kMostPanels = 6;
+inline constexpr std::size_t kMaxPanels = 6;
 /// Text is 11 units high.
 inline constexpr double kPixelsPerUnit = 2;
 
@@ -55,7 +55,7 @@ inline constexpr double kPixelsPerUnit = 2;
 /// in two rows. Lengths are in units of the canvas.
 class SheetLayout {
  public:
-  /// @param layers of the fullest sheet, [1, kMostPanels]
+  /// @param layers of the fullest sheet, [1, kMaxPanels]
   SheetLayout(const Grid& grid, const std::vector<Layer>& layers);
 
   [[nodiscard]] double width() const;

@@ -240,10 +240,10 @@ TEST(MapPictures, ValuesHaveTheSameColoursAtAllTimes) {
 }
 
 TEST(MapPictures, AltitudesAndSheetsHaveNamesOfTheirOwn) {
-  std::vector<Layer> most;
-  for (const LayerInfo& each : all_layers()) most.push_back(each.layer);
-  most.resize(21);
-  MadeUpMap map(20, 16, most);
+  std::vector<Layer> maximum;
+  for (const LayerInfo& each : all_layers()) maximum.push_back(each.layer);
+  maximum.resize(21);
+  MadeUpMap map(20, 16, maximum);
   map.request.altitudes_m = {2, 15.5};
   const TemporaryFolder folder;
   const auto names = write_map_pictures(folder.path(), map.source(), {});

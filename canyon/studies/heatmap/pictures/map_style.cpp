@@ -18,7 +18,7 @@ constexpr double kRobustFraction = 0.98;
 constexpr double kSkewed = 6;
 /// A scale's end that is smaller than this is drawn as zero.
 constexpr double kNearZero = 1e-3;
-constexpr int kMostClasses = 10;
+constexpr int kMaxClasses = 10;
 /// The darkest part of inferno: nearly black would hide outlines and the hue.
 constexpr double kDarkestInferno = 0.1;
 
@@ -97,7 +97,7 @@ void scale_counts(ColourScale& scale, const ValueCounts& values) {
   const double least = any ? std::floor(values.least()) : 0,
                largest = any ? std::floor(values.greatest()) : 0;
   const double numbers = largest - least + 1;
-  scale.class_width = numbers <= kMostClasses ? 1 : drawing::nice_ceil(numbers / kMostClasses);
+  scale.class_width = numbers <= kMaxClasses ? 1 : drawing::nice_ceil(numbers / kMaxClasses);
   scale.low = scale.class_width * std::floor(least / scale.class_width);
   scale.classes = static_cast<int>((largest - scale.low) / scale.class_width) + 1;
   scale.high = scale.low + scale.classes * scale.class_width;

@@ -190,9 +190,9 @@ class Writer {
 void add_map(const MapReader& map, const std::string& name, const city::City& city,
              const std::filesystem::path& folder) {
   check_position(map, city);
-  if (map.grid().cells() > kMostMapCells || std::max(map.grid().columns, map.grid().rows) > kMostMapColumns) {
+  if (map.grid().cells() > kMaxMapCells || std::max(map.grid().columns, map.grid().rows) > kMaxMapColumns) {
     throw InputError(fmt::format("the map has {} by {} cells; the view shows at most {}, and {} in a row",
-                                 map.grid().columns, map.grid().rows, kMostMapCells, kMostMapColumns),
+                                 map.grid().columns, map.grid().rows, kMaxMapCells, kMaxMapColumns),
                      "compute a map of a smaller area (--bbox, --enu-box) or with a wider --spacing");
   }
   std::optional<raytrace::RayScene> terrain;
