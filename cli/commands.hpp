@@ -84,7 +84,7 @@ auto for_option(const std::string& option, const Work& work) {
     return work();
   } catch (const InputError& error) {
     if (!error.file().empty()) throw;
-    throw InputError(option + ": " + error.problem(), error.cure());
+    throw InputError(option + ": " + error.problem(), error.hint());
   }
 }
 

@@ -168,10 +168,10 @@ void check_size(const HeatmapArguments& arguments, const heatmap::Request& reque
       fmt::format("{} x {} cells, {} altitude(s), {} time(s), {} layer(s) and {} run(s) are {} values",
                   request.grid.columns, request.grid.rows, request.altitudes_m.size(), request.times.size(),
                   request.layers.size(), run_count(arguments), short_count(values));
-  const char* cure =
+  const char* hint =
       "use a larger --spacing, a smaller box or fewer times, or give --large to compute it anyway";
   if (arguments.large) return;
-  if (values > kMaxValues) throw InputError(what, cure);
+  if (values > kMaxValues) throw InputError(what, hint);
   // Finished tiles of an earlier run are part of the required space.
   namespace fs = std::filesystem;
   std::error_code ignored;
@@ -186,7 +186,7 @@ void check_size(const HeatmapArguments& arguments, const heatmap::Request& reque
   if (!ignored && static_cast<double>(space.available) + there < needed) {
     throw InputError(fmt::format("{}: their tiles need {}, but {} has {} free", what, bytes_text(needed),
                                  arguments.out, bytes_text(static_cast<double>(space.available))),
-                     cure);
+                     hint);
   }
 }
 

@@ -53,8 +53,8 @@ struct SortedFiles {
     for (const fs::path path : files)
       std::array{&cities, &navigation, &precise, &tracks}[static_cast<std::size_t>(scenario_part(path))]
           ->push_back(path);
-    const auto only = [](const std::vector<fs::path>& paths, std::size_t first, const char* cure) {
-      if (paths.size() > first) throw InputError(paths[first], 0, "is one file too many", cure);
+    const auto only = [](const std::vector<fs::path>& paths, std::size_t first, const char* hint) {
+      if (paths.size() > first) throw InputError(paths[first], 0, "is one file too many", hint);
     };
     if (cities.empty())
       throw InputError("no file is a city", std::string("give a map: ") + simulation::city_file_endings());

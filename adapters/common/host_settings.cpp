@@ -18,7 +18,7 @@ namespace {
 using options::Field;
 using options::Visitor;
 
-constexpr const char* kRosNameCure =
+constexpr const char* kRosNameHint =
     "ROS names have letters, digits, '_' and '/', and begin with a letter, '/' or '~'";
 
 void add_remapping(const Visitor& v, std::string_view key, std::string_view from, std::string_view to,
@@ -26,7 +26,7 @@ void add_remapping(const Visitor& v, std::string_view key, std::string_view from
   for (const std::string_view name : {from, to}) {
     const std::size_t home = name.starts_with("~/") ? 2 : name.starts_with('~') ? 1 : 0;
     if (!is_ros_name(name.substr(home)))
-      throw v.fault(key, fmt::format("'{}' is not a valid ROS name", name), kRosNameCure);
+      throw v.fault(key, fmt::format("'{}' is not a valid ROS name", name), kRosNameHint);
   }
   for (const auto& other : settings.remappings) {
     if (other.first != from) continue;
@@ -47,7 +47,7 @@ void visit_ros(Visitor& v, HostSettings& settings) {
     v.text({"namespace", "", "of all ROS topics", "the model's name"}, space);
     if (v.has("namespace") && space != "/" &&
         !is_ros_name(std::string_view(space).substr(0, space.size() - (space.back() == '/' ? 1 : 0)))) {
-      throw v.fault("namespace", fmt::format("'{}' is not a valid ROS namespace", space), kRosNameCure);
+      throw v.fault("namespace", fmt::format("'{}' is not a valid ROS namespace", space), kRosNameHint);
     }
     std::vector<std::string> remappings;
     v.texts({"remapping", "", "FROM:=TO, one element each; '~/out' is the scan"}, remappings);

@@ -69,7 +69,7 @@ TEST_F(StreamPublisher, SendsTheBasesEpochs) {
     (void)live::make_stream_publisher("stream", "bass/rtcm=file:" + (folder / "x").string(), {rover, base});
     FAIL();
   } catch (const InputError& e) {
-    EXPECT_THAT(e.cure(), HasSubstr("receivers: car, base"));
+    EXPECT_THAT(e.hint(), HasSubstr("receivers: car, base"));
   }
 }
 
@@ -129,7 +129,7 @@ TEST(StreamOfModel, FillsInTheNameOfTheModel) {
       FAIL() << wrong;
     } catch (const InputError& e) {
       EXPECT_THAT(e.problem(), HasSubstr("streams: '{"));
-      EXPECT_THAT(e.cure(), HasSubstr("{model}"));
+      EXPECT_THAT(e.hint(), HasSubstr("{model}"));
     }
   }
 }
@@ -142,7 +142,7 @@ TEST_F(StreamPublisher, SaysWhichPortIsTaken) {
   } catch (const InputError& e) {
     EXPECT_THAT(e.problem(), HasSubstr("nmea_port: port " + std::to_string(port)));
     EXPECT_THAT(e.problem(), HasSubstr("in use"));
-    EXPECT_THAT(e.cure(), HasSubstr("a different port"));
+    EXPECT_THAT(e.hint(), HasSubstr("a different port"));
   }
 }
 

@@ -192,13 +192,13 @@ void check_topics(const Visitor& v, const NodeSettings& settings) {
   try {
     for (const std::string& stream : settings.streams) (void)topic_of_stream(stream);
   } catch (const InputError& e) {
-    throw v.fault("streams", e.problem(), e.cure());
+    throw v.fault("streams", e.problem(), e.hint());
   }
   const std::string& from = settings.live.receiver().options.corrections.from;
   try {
     if (!relative::is_stream(from) || topic_of(from)) return;
   } catch (const InputError& e) {
-    throw v.fault("corrections.from", e.problem(), e.cure());
+    throw v.fault("corrections.from", e.problem(), e.hint());
   }
   throw v.fault(
       "corrections.from", fmt::format("'{}' is a stream, which a ROS 2 node cannot read", from),
@@ -336,12 +336,12 @@ NodeSettings read_settings(const Parameters& given) {
   options::Document document;
   document.set_keys(description());
   document.fault = [&](const std::string& path, const std::string& key, int line, std::string_view problem,
-                       std::string_view cure) {
+                       std::string_view hint) {
     std::string name = path.empty() ? key : key.empty() ? path : path + "." + key;
     if (name.starts_with(kReceivers)) name.erase(0, kReceivers.size());
-    if (given.contains(name)) return InputError(fmt::format("parameter '{}': {}", name, problem), cure);
+    if (given.contains(name)) return InputError(fmt::format("parameter '{}': {}", name, problem), hint);
     return InputError(document.file, line,
-                      key.empty() ? std::string(problem) : fmt::format("{}: {}", key, problem), cure);
+                      key.empty() ? std::string(problem) : fmt::format("{}: {}", key, problem), hint);
   };
 
   const auto text_of = [&given](const std::string& name) {

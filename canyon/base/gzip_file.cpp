@@ -32,7 +32,7 @@ bool is_web_page(std::string_view head) {
 struct Refused {
   std::string_view mark;
   std::size_t at;
-  std::string_view name, cure;
+  std::string_view name, hint;
 };
 constexpr Refused kRefused[] = {{"\xfd"
                                  "7zXZ\0"sv,
@@ -176,7 +176,7 @@ std::string read_head(const std::filesystem::path& path, std::size_t bytes) {
 void refuse_foreign_bytes(const std::filesystem::path& path, std::string_view head) {
   for (const Refused& kind : kRefused)
     if (head.size() > kind.at && head.substr(kind.at, kind.mark.size()) == kind.mark)
-      throw InputError(path, 0, "is " + std::string(kind.name), kind.cure);
+      throw InputError(path, 0, "is " + std::string(kind.name), kind.hint);
   if (is_web_page(head)) {
     throw InputError(path, 0, "is a web page (HTML), not data",
                      "the server may require a login: open the address in a browser, then fetch it again");

@@ -7,7 +7,7 @@
 namespace canyon {
 namespace {
 
-std::string message(const std::string& file, int line, std::string_view problem, std::string_view cure) {
+std::string message(const std::string& file, int line, std::string_view problem, std::string_view hint) {
   std::string text;
   if (!file.empty()) {
     text += file;
@@ -15,9 +15,9 @@ std::string message(const std::string& file, int line, std::string_view problem,
     text += ": ";
   }
   text += problem;
-  if (!cure.empty()) {
+  if (!hint.empty()) {
     text += "; ";
-    text += cure;
+    text += hint;
   }
   return text;
 }
@@ -106,16 +106,16 @@ std::size_t quotation_end(std::string_view text, std::size_t at) {
 
 }  // namespace
 
-InputError::InputError(std::string_view problem, std::string_view cure)
-    : InputError(std::filesystem::path(), 0, problem, cure) {}
+InputError::InputError(std::string_view problem, std::string_view hint)
+    : InputError(std::filesystem::path(), 0, problem, hint) {}
 
 InputError::InputError(const std::filesystem::path& file, int line, std::string_view problem,
-                       std::string_view cure)
-    : std::runtime_error(printable(hide_passwords(message(file.string(), line, problem, cure)))),
+                       std::string_view hint)
+    : std::runtime_error(printable(hide_passwords(message(file.string(), line, problem, hint)))),
       file_(file.string()),
       line_(line),
       problem_(hide_passwords(problem)),
-      cure_(hide_passwords(cure)) {}
+      hint_(hide_passwords(hint)) {}
 
 std::string hide_passwords(std::string_view text) {
   constexpr std::string_view kQuotes = "'\"`", kEnds = " \t\r\n'\"`";

@@ -14,22 +14,22 @@ class InputError : public std::runtime_error {
  public:
   /// @param problem what is wrong, with the offending value
   /// @param cure hint: how to fix it; may be empty
-  explicit InputError(std::string_view problem, std::string_view cure = {});
+  explicit InputError(std::string_view problem, std::string_view hint = {});
 
   /// @param line 1-based; 0 if the fault concerns the whole file
   InputError(const std::filesystem::path& file, int line, std::string_view problem,
-             std::string_view cure = {});
+             std::string_view hint = {});
 
   [[nodiscard]] const std::string& file() const { return file_; }
   [[nodiscard]] int line() const { return line_; }
   [[nodiscard]] const std::string& problem() const { return problem_; }
-  [[nodiscard]] const std::string& cure() const { return cure_; }
+  [[nodiscard]] const std::string& hint() const { return hint_; }
 
  private:
   std::string file_;
   int line_ = 0;
   std::string problem_;
-  std::string cure_;
+  std::string hint_;
 };
 
 /// Replaces by "..." each password of an address, also if its scheme is missing or misspelt, and the values

@@ -11,7 +11,7 @@ TEST(InputError, SaysFileLineProblemAndCure) {
   EXPECT_EQ(error.file(), "city.yaml");
   EXPECT_EQ(error.line(), 12);
   EXPECT_EQ(error.problem(), "mask 95 deg is out of range");
-  EXPECT_EQ(error.cure(), "it runs from 0 to 90");
+  EXPECT_EQ(error.hint(), "it runs from 0 to 90");
 }
 
 TEST(InputError, LeavesOutWhatIsNotKnown) {

@@ -22,7 +22,7 @@ class InputFilesTest : public testing::Test {
       write_file(path, "other");
     } catch (const InputError& error) {
       threw = error.problem() == "is an input of this run and would be replaced" &&
-              error.cure() == "choose another --out or name" && error.file() == path.string();
+              error.hint() == "choose another --out or name" && error.file() == path.string();
     }
     EXPECT_EQ(test::read_bytes(input), "mine");
     return threw;

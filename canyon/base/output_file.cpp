@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kCure = "choose an existing, writable folder";
+constexpr std::string_view kHint = "choose an existing, writable folder";
 // Temporary names: the output's name, this mark, and kPartRandom of these letters.
 constexpr std::string_view kPartMark = ".part-", kPartLetters = "0123456789abcdefghijklmnopqrstuv";
 constexpr std::size_t kPartRandom = 12;
@@ -126,7 +126,7 @@ Temporary::Temporary(fs::path path, Kind kind)
       throw InputError(path_, 0,
                        (kind == Kind::Folder ? "folder cannot be made: " : "cannot be written: ") +
                            std::string(std::strerror(code)),
-                       kCure);
+                       kHint);
     }
   }
 }
@@ -220,7 +220,7 @@ void write_own_file(const fs::path& path, std::string_view bytes) {
 void make_output_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) throw InputError(folder, 0, "folder cannot be made: " + error.message(), kCure);
+  if (error) throw InputError(folder, 0, "folder cannot be made: " + error.message(), kHint);
   const Temporary probe(folder / ".canyon-probe", Temporary::Kind::File);
 }
 

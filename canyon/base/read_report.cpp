@@ -95,7 +95,7 @@ void ReadReport::require_most(std::size_t good) const {
   throw InputError(first_loss_->file(), first_loss_->line(),
                    first_loss_->problem() + " (the first of " + std::to_string(losses_) + " bad records of " +
                        std::to_string(losses_ + good) + ")",
-                   first_loss_->cure());
+                   first_loss_->hint());
 }
 
 std::string_view ReadReport::name(Level level) {

@@ -71,7 +71,7 @@ class ReadReport {
   void remark(int line, std::string_view what, std::string_view outcome = {}) {
     count_or_add(Level::Remark, line, what, outcome);
   }
-  void remark(const InputError& note) { add(Level::Remark, note, 1, note.cure()); }
+  void remark(const InputError& note) { add(Level::Remark, note, 1, note.hint()); }
   /// A whole line. Equal lines are one note.
   void add_line(Level level, std::string_view line);
   void add_line(Level level, const std::vector<std::string>& lines) {

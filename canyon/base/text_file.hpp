@@ -57,8 +57,8 @@ class TextFile {
   }
 
   /// An InputError at the current line.
-  [[nodiscard]] InputError error(std::string_view problem, std::string_view cure = {}) const {
-    return InputError(path_, line_, problem, cure);
+  [[nodiscard]] InputError error(std::string_view problem, std::string_view hint = {}) const {
+    return InputError(path_, line_, problem, hint);
   }
 
  private:

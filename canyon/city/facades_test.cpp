@@ -233,7 +233,7 @@ TEST(Facades, WrongSharesAreRefused) {
     try {
       options.validate();
     } catch (const InputError& error) {
-      return error.problem() + " | " + error.cure();
+      return error.problem() + " | " + error.hint();
     }
     return {};
   };

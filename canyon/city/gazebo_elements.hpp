@@ -22,8 +22,8 @@ struct SdfFile {
   tinyxml2::XMLDocument document;
 
   [[nodiscard]] InputError error(const Element& at, std::string_view problem,
-                                 std::string_view cure = {}) const {
-    return InputError(path, at.GetLineNum(), problem, cure);
+                                 std::string_view hint = {}) const {
+    return InputError(path, at.GetLineNum(), problem, hint);
   }
 };
 

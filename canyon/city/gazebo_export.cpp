@@ -179,7 +179,7 @@ void in_name_of(const std::filesystem::path& folder, const Call& call) {
   try {
     call();
   } catch (const InputError& error) {
-    throw InputError(folder, 0, error.problem(), error.cure());
+    throw InputError(folder, 0, error.problem(), error.hint());
   }
 }
 

@@ -74,9 +74,9 @@ struct Receiver::State {
     motion.epoch_before.reset();
   }
 
-  [[nodiscard]] InputError error(geodesy::GpsTime time, const std::string& problem, const char* cure) const {
+  [[nodiscard]] InputError error(geodesy::GpsTime time, const std::string& problem, const char* hint) const {
     return InputError(
-        fmt::format("receiver '{}' at {}: {}", options.name, geodesy::format_gpst(time), problem), cure);
+        fmt::format("receiver '{}' at {}: {}", options.name, geodesy::format_gpst(time), problem), hint);
   }
 
   [[nodiscard]] disturbance::ReceiverEvents disturb(const propagation::Antenna& antenna,

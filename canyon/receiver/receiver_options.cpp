@@ -134,7 +134,7 @@ void ReceiverOptions::validate() const {
     corrections.validate();
     options::check(rtk, "rtk");
   } catch (const InputError& error) {
-    throw InputError(fmt::format("receiver '{}': {}", name, error.problem()), error.cure());
+    throw InputError(fmt::format("receiver '{}': {}", name, error.problem()), error.hint());
   }
 }
 

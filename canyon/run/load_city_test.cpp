@@ -198,7 +198,7 @@ TEST(LoadCity, MeanSeaLevelByAGeoidsGrid) {
     EXPECT_NEAR(canyon::test::loaded_city(config).geoid_undulation_m, -2.167, 0.1);
   } catch (const InputError& e) {
     EXPECT_THAT(e.what(), HasSubstr("no geoid grid for it is installed"));
-    EXPECT_THAT(e.cure(), HasSubstr("geoid_undulation_m"));
+    EXPECT_THAT(e.hint(), HasSubstr("geoid_undulation_m"));
   }
 }
 

@@ -46,7 +46,7 @@ void check_ionosphere(const Scenario& scenario, const BuiltSky& sky) {
   try {
     require_ionosphere(sky);
   } catch (const InputError& e) {
-    throw scenario_error(scenario, e.problem(), e.cure());
+    throw scenario_error(scenario, e.problem(), e.hint());
   }
 }
 
@@ -80,7 +80,7 @@ void check_all_sensors(const RunView& run, std::vector<std::string>& warnings) {
     try {
       check_sensors(scenario.sensors, receiver);
     } catch (const InputError& e) {
-      throw scenario_error(scenario, e.problem(), e.cure());
+      throw scenario_error(scenario, e.problem(), e.hint());
     }
   }
 }
@@ -124,7 +124,7 @@ void check_near_field(const RunView& run, std::size_t step, std::vector<std::str
   const Geodetic geodetic = plan.trajectory.at(plan.begin).position;
   const InputError far =
       far_error(run, distance_to(*run.scenario.city.origin, geodetic), geodetic, plan.begin);
-  warnings.push_back(far.problem() + ": " + far.cure());
+  warnings.push_back(far.problem() + ": " + far.hint());
 }
 
 // Checks up to two thousand epochs of the trajectory: speed, height, distance to the city, terrain below.

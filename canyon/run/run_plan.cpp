@@ -17,8 +17,8 @@ namespace canyon::simulation {
 
 using geodesy::GpsTime;
 
-InputError scenario_error(const Scenario& scenario, std::string_view problem, std::string_view cure) {
-  return {scenario.file, 0, problem, cure};
+InputError scenario_error(const Scenario& scenario, std::string_view problem, std::string_view hint) {
+  return {scenario.file, 0, problem, hint};
 }
 
 RecordedPath read_path(const Scenario& scenario, const HeightReading& heights) {

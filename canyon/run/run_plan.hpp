@@ -27,7 +27,7 @@ namespace canyon::simulation {
 
 /// An error that names the scenario's file.
 [[nodiscard]] InputError scenario_error(const Scenario& scenario, std::string_view problem,
-                                        std::string_view cure);
+                                        std::string_view hint);
 
 /// The positions in the file of a scenario's trajectory. Precondition: it has one.
 [[nodiscard]] RecordedPath read_path(const Scenario& scenario, const HeightReading& heights);

@@ -94,7 +94,7 @@ struct Simulation::Impl {
       for (ReceiverConfig& receiver : scenario.receivers)
         decide_options(receiver.options, environment.errors().get(), sky->sky.get());
     } catch (const InputError& e) {
-      throw scenario_error(scenario, e.problem(), e.cure());
+      throw scenario_error(scenario, e.problem(), e.hint());
     }
   }
 

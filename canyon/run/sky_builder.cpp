@@ -55,7 +55,7 @@ std::size_t count_states(const orbit::Sky& sky, const std::vector<gnss::Satellit
 
 // Checks all probes: no satellite at the start is an error, none later a warning.
 void check_coverage(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::string_view what,
-                    const std::pair<GpsTime, GpsTime>& span, std::string_view cure, ReadReport& report) {
+                    const std::pair<GpsTime, GpsTime>& span, std::string_view hint, ReadReport& report) {
   const std::vector<gnss::SatelliteId> ids = sky.satellites();
   if (count_states(sky, ids, begin) == 0) {
     const auto unhealthy = [&](gnss::SatelliteId id) {
@@ -69,12 +69,12 @@ void check_coverage(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::stri
     if (span.first <= begin && begin <= span.second) {
       throw InputError(fmt::format("no satellite has {} at {}: a gap in their span ({})", what,
                                    format_gpst(begin, 0), span_text(span.first, span.second)),
-                       cure);
+                       hint);
     }
     throw InputError(
         fmt::format("the requested time ({}) is outside the {} ({}){}", span_text(begin, end), what,
                     span_text(span.first, span.second), geodesy::rollover_text(begin, span.second)),
-        cure);
+        hint);
   }
   const std::vector<GpsTime> times = probes(begin, end);
   for (const GpsTime t : times) {
@@ -298,7 +298,7 @@ void decide_options(receiver::ReceiverOptions& options, const errors::SpaceError
   try {
     options.choose_signals(sky->satellites());
   } catch (const InputError& e) {
-    throw InputError(fmt::format("receiver '{}': {}", options.name, e.problem()), e.cure());
+    throw InputError(fmt::format("receiver '{}': {}", options.name, e.problem()), e.hint());
   }
 }
 

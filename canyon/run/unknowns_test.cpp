@@ -104,7 +104,7 @@ TEST(Unknowns, NamesAreChecked) {
     FAIL();
   } catch (const InputError& e) {
     EXPECT_EQ(e.problem(), "there is no unknown 'mapp'");
-    EXPECT_THAT(e.cure(), HasSubstr("level, skyline, facades, map"));
+    EXPECT_THAT(e.hint(), HasSubstr("level, skyline, facades, map"));
   }
 }
 

@@ -34,7 +34,7 @@ void raise_as(const char* name, const InputError& error) {
   const py::object cls = py::module_::import("canyon.errors").attr(name);
   const py::object file = error.file().empty() ? py::object(py::none()) : py::str(error.file());
   const py::object line = error.line() > 0 ? py::object(py::int_(error.line())) : py::none();
-  const py::object value = cls(error.problem(), error.cure(), file, line, std::string(error.what()));
+  const py::object value = cls(error.problem(), error.hint(), file, line, std::string(error.what()));
   PyErr_SetObject(cls.ptr(), value.ptr());
 }
 

@@ -23,8 +23,8 @@ std::string with(const std::string& path, const std::string& key) {
   return path.empty() ? key : path + "." + key;
 }
 
-InputError value_error(const std::string& path, const std::string& problem, const std::string& cure) {
-  return InputError(path.empty() ? problem : fmt::format("{}: {}", path, problem), cure);
+InputError value_error(const std::string& path, const std::string& problem, const std::string& hint) {
+  return InputError(path.empty() ? problem : fmt::format("{}: {}", path, problem), hint);
 }
 
 bool is_a(py::handle object, const char* module, const char* name) {
@@ -235,10 +235,10 @@ options::Document document_of(const std::filesystem::path& file, const std::stri
   document.kind = kind;
   document.set_keys(description);
   document.fault = [file](const std::string& path, const std::string& key, int line, std::string_view problem,
-                          std::string_view cure) {
+                          std::string_view hint) {
     const std::string name = line > 0 || key.empty() ? key : with(path, key);
     return InputError(file, line, name.empty() ? std::string(problem) : fmt::format("{}: {}", name, problem),
-                      cure);
+                      hint);
   };
   return document;
 }

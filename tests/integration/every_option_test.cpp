@@ -57,7 +57,7 @@ TYPED_TEST(EveryOption, IsRefusedOutsideItsRangeAndToldApart) {
       EXPECT_EQ(error.file(), "o.yaml") << key.path << ": " << error.what();
       EXPECT_EQ(error.line(), 2) << key.path << ": " << error.what();
       EXPECT_THAT(error.problem(), StartsWith(key.path.substr(key.path.rfind('.') + 1) + ": ")) << bad;
-      EXPECT_NE(error.cure(), "") << key.path << ": " << error.what();
+      EXPECT_NE(error.hint(), "") << key.path << ": " << error.what();
     }
     const std::string value = test::another_value(key);
     EXPECT_NE(read(key, value), plain) << key.path << ": " << value;

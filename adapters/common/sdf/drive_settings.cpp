@@ -51,9 +51,9 @@ void check_kind(const Visitor& v) {
     throw v.fault({}, "there is neither a path nor a position",
                   "give a <trajectory> file, or at least one <waypoint>x y z</waypoint>");
   }
-  const auto belongs = [&](std::initializer_list<const char*> keys, const char* problem, const char* cure) {
+  const auto belongs = [&](std::initializer_list<const char*> keys, const char* problem, const char* hint) {
     for (const char* key : keys)
-      if (v.has(key)) throw v.fault(key, problem, cure);
+      if (v.has(key)) throw v.fault(key, problem, hint);
   };
   if (file)
     belongs({"speed_mps", "hold_s"}, "applies only to waypoints", "remove it: the times are in the file");
@@ -100,7 +100,7 @@ simulation::VehicleDrive along_file(const PluginElements& elements, const DriveE
   try {
     return simulation::VehicleDrive::along_trajectory(read.trajectory, begin, world, given.legs.loop);
   } catch (const InputError& error) {
-    throw elements.error("<trajectory>", error.problem(), error.cure());
+    throw elements.error("<trajectory>", error.problem(), error.hint());
   }
 }
 

@@ -50,11 +50,11 @@ PluginElements::PluginElements(const sdf::ElementPtr& plugin, std::string plugin
 }
 
 InputError PluginElements::error(const std::string& tag, std::string_view problem,
-                                 std::string_view cure) const {
+                                 std::string_view hint) const {
   std::string text;
   for (const std::string& part : {plugin_name_, tag})
     if (!part.empty()) text += part + ": ";
-  return InputError(text.append(problem), cure);
+  return InputError(text.append(problem), hint);
 }
 
 void PluginElements::convert(const sdf::ElementPtr& parent, const std::string& path, const std::string& tags,
@@ -144,16 +144,16 @@ void PluginElements::warn_unknown(const std::string& name, const std::string& pa
 void PluginElements::warn_replaced() {
   std::vector<std::pair<std::string, std::string>> lines;  // tags and their hint
   for (const auto& [path, tag] : replaced_) {
-    const std::string& cure = document_.replaced.at(path);
+    const std::string& hint = document_.replaced.at(path);
     const auto same =
-        std::find_if(lines.begin(), lines.end(), [&](const auto& line) { return line.second == cure; });
+        std::find_if(lines.begin(), lines.end(), [&](const auto& line) { return line.second == hint; });
     if (same == lines.end())
-      lines.emplace_back(tag, cure);
+      lines.emplace_back(tag, hint);
     else
       same->first += ", " + tag;
   }
-  for (const auto& [tags, cure] : lines)
-    warnings_.push_back(fmt::format("{} without effect: {}", tags, cure));
+  for (const auto& [tags, hint] : lines)
+    warnings_.push_back(fmt::format("{} without effect: {}", tags, hint));
 }
 
 bool PluginElements::has_replaced(std::string_view path) const {
@@ -183,8 +183,8 @@ Document PluginElements::document(const std::vector<std::filesystem::path>& fold
                                   const ResourcePaths& resources) const {
   Document document = document_;
   document.fault = [this](const std::string& /*path*/, const std::string& /*key*/, int line,
-                          std::string_view problem, std::string_view cure) {
-    return error(line > 0 ? tags_[static_cast<std::size_t>(line) - 1] : "", problem, cure);
+                          std::string_view problem, std::string_view hint) {
+    return error(line > 0 ? tags_[static_cast<std::size_t>(line) - 1] : "", problem, hint);
   };
   document.find_file = [folders, resources](const std::string& name,
                                             const options::SourceLocation& location) {

@@ -44,7 +44,7 @@ class PluginElements {
 
   /// `tag`: "<noise><enabled>"
   [[nodiscard]] InputError error(const std::string& tag, std::string_view problem,
-                                 std::string_view cure) const;
+                                 std::string_view hint) const;
   /// Elements of unknown name, a line each, then replaced elements, one line for each hint.
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
 

@@ -35,7 +35,7 @@ constexpr OtherName kOtherNames[] = {
 // Elements of other plugins that are replaced by this one, and their replacements.
 struct Foreign {
   const char* name;
-  const char* cure;
+  const char* hint;
 };
 constexpr const char* kPx4Noise =
     "<noise><sigma_m_per_sqrt_s> and <noise><theta_per_s> set the noise of pseudoranges here, "
@@ -80,8 +80,8 @@ options::Description make_description() {
     if (difference.meaning != nullptr) key->meaning = difference.meaning;
   }
   for (const OtherName& other : kOtherNames) description.add_other_name(other.name, other.path, other.effect);
-  for (const Foreign& foreign : kPx4) description.replaced.emplace(foreign.name, foreign.cure);
-  for (const Foreign& foreign : kPrototypes) description.replaced.emplace(foreign.name, foreign.cure);
+  for (const Foreign& foreign : kPx4) description.replaced.emplace(foreign.name, foreign.hint);
+  for (const Foreign& foreign : kPrototypes) description.replaced.emplace(foreign.name, foreign.hint);
   return description;
 }
 

@@ -507,7 +507,7 @@ struct Wrong {
   const char* children;
   const char* where;
   const char* problem;
-  const char* cure;
+  const char* hint;
 };
 
 TEST(HostSettings, AttributesWarnAndStopNothing) {
@@ -629,7 +629,7 @@ TEST(HostSettings, WrongValuesNamePluginElementAndCure) {
   for (const Wrong& wrong : cases) {
     const std::string what = error_of(wrong.children);
     EXPECT_THAT(what, AllOf(testing::StartsWith(kName + ": " + wrong.where + ": "), HasSubstr(wrong.problem),
-                            HasSubstr(wrong.cure)))
+                            HasSubstr(wrong.hint)))
         << wrong.children;
     EXPECT_THAT(what, testing::Not(HasSubstr("scenario"))) << wrong.children;
   }

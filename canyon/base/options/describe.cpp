@@ -123,16 +123,16 @@ std::vector<std::string> Description::paths() const {
   return result;
 }
 
-void Describer::one_of(std::initializer_list<std::string_view> keys, std::string_view cure) {
-  description_.alternatives.push_back({path_, {keys.begin(), keys.end()}, !cure.empty()});
+void Describer::one_of(std::initializer_list<std::string_view> keys, std::string_view hint) {
+  description_.alternatives.push_back({path_, {keys.begin(), keys.end()}, !hint.empty()});
 }
 
 void Describer::require(std::string_view key, std::string_view /*cure*/) {
   description_.required_sections[path_].emplace_back(key);
 }
 
-void Describer::replaced(std::string_view key, std::string_view cure) {
-  description_.replaced.emplace(join_path(path_, key), cure);
+void Describer::replaced(std::string_view key, std::string_view hint) {
+  description_.replaced.emplace(join_path(path_, key), hint);
 }
 
 void Describer::other_name(std::string_view name, std::string_view path) {

@@ -50,9 +50,9 @@ struct Description {
 class Describer final : public Visitor {
  public:
   [[nodiscard]] Purpose purpose() const override { return Purpose::Describe; }
-  void one_of(std::initializer_list<std::string_view> keys, std::string_view cure) override;
-  void require(std::string_view key, std::string_view cure) override;
-  void replaced(std::string_view key, std::string_view cure) override;
+  void one_of(std::initializer_list<std::string_view> keys, std::string_view hint) override;
+  void require(std::string_view key, std::string_view hint) override;
+  void replaced(std::string_view key, std::string_view hint) override;
   void other_name(std::string_view name, std::string_view path) override;
   [[nodiscard]] Description take() &&;
 

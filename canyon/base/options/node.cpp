@@ -192,7 +192,7 @@ void set_key(Node& root, const std::string& path, const Node& value, const Docum
   try {
     set_at(root, path, value);
   } catch (const InputError& e) {
-    throw document.error("", path, value.line, e.problem(), e.cure());
+    throw document.error("", path, value.line, e.problem(), e.hint());
   }
 }
 
@@ -270,9 +270,9 @@ const Node::Entry* Node::find_path(std::string_view path) const {
 }
 
 InputError Document::error(const std::string& path, const std::string& key, int line,
-                           std::string_view problem, std::string_view cure) const {
-  if (fault) return fault(path, key, line, problem, cure);
-  return {file, line, key.empty() ? std::string(problem) : fmt::format("{}: {}", key, problem), cure};
+                           std::string_view problem, std::string_view hint) const {
+  if (fault) return fault(path, key, line, problem, hint);
+  return {file, line, key.empty() ? std::string(problem) : fmt::format("{}: {}", key, problem), hint};
 }
 
 std::vector<std::string> Document::keys_of(const std::string& path) const {
@@ -299,7 +299,7 @@ void Document::set_keys(const Description& description) {
   other_names = description.other_names;
 }
 
-std::string Document::cure_of(const std::string& path, const std::string& key) const {
+std::string Document::hint_for(const std::string& path, const std::string& key) const {
   const auto other = replaced.find(path.empty() ? key : fmt::format("{}.{}", path, key));
   if (other != replaced.end()) return other->second;
   const std::vector<std::string> here = keys_of(path);

@@ -53,18 +53,18 @@ struct Document {
   /// An error of the key `path`, or of the section `path` if `key` is empty.
   /// Default: InputError(file, line, "KEY: problem", cure).
   std::function<InputError(const std::string& path, const std::string& key, int line,
-                           std::string_view problem, std::string_view cure)>
+                           std::string_view problem, std::string_view hint)>
       fault;
   /// The path of the file of this name; throws an error of `position` if it does not exist. Default: in the
   /// folder of `file`.
   std::function<std::filesystem::path(const std::string& name, const SourceLocation& position)> find_file;
 
   [[nodiscard]] InputError error(const std::string& path, const std::string& key, int line,
-                                 std::string_view problem, std::string_view cure = {}) const;
+                                 std::string_view problem, std::string_view hint = {}) const;
   /// Sets `known`, `replaced` and `other_names`.
   void set_keys(const Description& description);
   /// The hint for the unknown key `key` of section `path`.
-  [[nodiscard]] std::string cure_of(const std::string& path, const std::string& key) const;
+  [[nodiscard]] std::string hint_for(const std::string& path, const std::string& key) const;
   /// The keys that are allowed in section `path`, in the order of `known`.
   [[nodiscard]] std::vector<std::string> keys_of(const std::string& path) const;
 };

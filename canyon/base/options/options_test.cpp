@@ -175,8 +175,8 @@ TEST(Options, HostsSpeakTheirOwnLanguageAboutFaults) {
   Document document;
   document.known = describe<Car>().paths();
   document.fault = [](const std::string& path, const std::string& key, int, std::string_view problem,
-                      std::string_view cure) {
-    return InputError("<" + path + "><" + key + "> " + std::string(problem), cure);
+                      std::string_view hint) {
+    return InputError("<" + path + "><" + key + "> " + std::string(problem), hint);
   };
   document.word = "element";
   const Node root = parse_yaml("spare: {radius_m: 3}", document, "");
@@ -191,7 +191,7 @@ TEST(Options, HostsSpeakTheirOwnLanguageAboutFaults) {
     read(parse_yaml("speed_mps: 3 m", document, ""), document, car);
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_THAT(error.cure(), HasSubstr("the unit is in the element's name"));
+    EXPECT_THAT(error.hint(), HasSubstr("the unit is in the element's name"));
   }
 }
 

@@ -36,7 +36,7 @@ void Reader::enter(const Node& node, std::string path, int line) {
     if (std::find(known.begin(), known.end(), entry.key) == known.end()) {
       const std::string where = section.path.empty() ? "" : fmt::format(" in '{}'", section.path);
       throw InputError(document_.file, entry.line, fmt::format("unknown key '{}'{}", entry.key, where),
-                       document_.cure_of(section.path, entry.key));
+                       document_.hint_for(section.path, entry.key));
     }
     const Node::Entry* first = node.find(entry.key);
     if (first != &entry) {
@@ -66,13 +66,13 @@ bool Reader::is_section(std::string_view key) const {
   return entry != nullptr && entry->value.kind == Node::Kind::Mapping;
 }
 
-InputError Reader::fault(std::string_view key, std::string_view problem, std::string_view cure) const {
+InputError Reader::fault(std::string_view key, std::string_view problem, std::string_view hint) const {
   const Node::Entry* entry = here().node->find(key);
   return document_.error(here().path, std::string(key), entry == nullptr ? here().line : entry->line, problem,
-                         cure);
+                         hint);
 }
 
-void Reader::one_of(std::initializer_list<std::string_view> keys, std::string_view cure) {
+void Reader::one_of(std::initializer_list<std::string_view> keys, std::string_view hint) {
   std::string_view found;
   for (const std::string_view key : keys) {
     if (!has(key)) continue;
@@ -84,14 +84,14 @@ void Reader::one_of(std::initializer_list<std::string_view> keys, std::string_vi
     }
     found = key;
   }
-  if (found.empty() && !cure.empty()) {
+  if (found.empty() && !hint.empty()) {
     throw fault({}, fmt::format("{} has no content", here().path.empty() ? document_.kind : here().path),
-                cure);
+                hint);
   }
 }
 
-void Reader::require(std::string_view key, std::string_view cure) {
-  if (!has(key)) throw fault({}, fmt::format("'{}' is missing", key), cure);
+void Reader::require(std::string_view key, std::string_view hint) {
+  if (!has(key)) throw fault({}, fmt::format("'{}' is missing", key), hint);
 }
 
 void Reader::field(const Field& field, Value& value) {

@@ -25,12 +25,12 @@ class Reader final : public Visitor {
   Reader(const Node& root, const Document& document);
 
   [[nodiscard]] Purpose purpose() const override { return Purpose::Read; }
-  void one_of(std::initializer_list<std::string_view> keys, std::string_view cure) override;
-  void require(std::string_view key, std::string_view cure) override;
+  void one_of(std::initializer_list<std::string_view> keys, std::string_view hint) override;
+  void require(std::string_view key, std::string_view hint) override;
   [[nodiscard]] bool has(std::string_view key) const override;
   [[nodiscard]] bool is_section(std::string_view key) const override;
   [[nodiscard]] InputError fault(std::string_view key, std::string_view problem,
-                                 std::string_view cure) const override;
+                                 std::string_view hint) const override;
   /// Throws InputError for a known key that has no effect with the other keys given.
   void finish() const;
 

@@ -166,8 +166,8 @@ std::vector<std::string> read_words(const Node& node, Words words, const SourceL
     // Words of Visitor::replaced() below this key, if the key may be a list or a section.
     const auto& replaced = location.document.replaced;
     const std::string path = location.section.empty() ? location.key : location.section + "." + location.key;
-    if (const auto cure = replaced.find(path + "." + *text); cure != replaced.end())
-      throw location.error(fmt::format("'{}' is unknown", *text), cure->second);
+    if (const auto hint = replaced.find(path + "." + *text); hint != replaced.end())
+      throw location.error(fmt::format("'{}' is unknown", *text), hint->second);
     require_word(*text, strings(words), location);
     if (std::find(texts.begin(), text, *text) != text)
       throw location.error(fmt::format("'{}' is given twice", *text), "name each once");
@@ -223,8 +223,8 @@ std::string Range::interval() const {
   return none ? text + ", or none" : text;
 }
 
-InputError SourceLocation::error(std::string_view problem, std::string_view cure) const {
-  return document.error(section, key, line, problem, cure);
+InputError SourceLocation::error(std::string_view problem, std::string_view hint) const {
+  return document.error(section, key, line, problem, hint);
 }
 
 void Visitor::number(const Field& f, double& value, const Range& range) {
@@ -361,7 +361,7 @@ void Visitor::rows(const Field& f, Words words, std::size_t columns, NamedRows& 
     try {
       value.set_rows(rows);
     } catch (const InputError& error) {
-      throw location.error(error.problem(), error.cure());
+      throw location.error(error.problem(), error.hint());
     }
   };
   // A value with a known name is written as its name.
@@ -369,8 +369,8 @@ void Visitor::rows(const Field& f, Words words, std::size_t columns, NamedRows& 
   visit_value(f, FieldValue(Type::Rows, !is_one_of(words, value.name()), text, read));
 }
 
-InputError Visitor::fault(std::string_view key, std::string_view problem, std::string_view cure) const {
-  return InputError(key.empty() ? std::string(problem) : fmt::format("{}: {}", key, problem), cure);
+InputError Visitor::fault(std::string_view key, std::string_view problem, std::string_view hint) const {
+  return InputError(key.empty() ? std::string(problem) : fmt::format("{}: {}", key, problem), hint);
 }
 
 std::string show(double value) {

@@ -61,7 +61,7 @@ struct SourceLocation {
   std::string key;
   int line = 0;
 
-  [[nodiscard]] InputError error(std::string_view problem, std::string_view cure = {}) const;
+  [[nodiscard]] InputError error(std::string_view problem, std::string_view hint = {}) const;
 };
 
 /// The value of one field. Parts that a visitor does not use have no cost.
@@ -188,7 +188,7 @@ class Visitor {
       try {
         options.validate();
       } catch (const InputError& error) {
-        throw fault({}, error.problem(), error.cure());
+        throw fault({}, error.problem(), error.hint());
       }
     }
   }
@@ -213,11 +213,11 @@ class Visitor {
 
   /// Whether the fields of a kind are visited: Purpose::Describe visits all kinds, others the one in use.
   [[nodiscard]] bool wants(bool holds) const { return holds || describes(); }
-  /// Declares that at most one of these keys may be given here; with `cure` exactly one is required.
+  /// Declares that at most one of these keys may be given here; with `hint` exactly one is required.
   virtual void one_of(std::initializer_list<std::string_view> /*keys*/, std::string_view /*cure*/ = {}) {}
   /// Declares that this key is required here.
   virtual void require(std::string_view /*key*/, std::string_view /*cure*/ = {}) {}
-  /// A removed key of this section, or a wrong word for another key: its use is an error with hint `cure`.
+  /// A removed key of this section, or a wrong word for another key: its use is an error with hint `hint`.
   virtual void replaced(std::string_view /*key*/, std::string_view /*cure*/) {}
   /// Another name, a path from this section, of the key `path`: readers treat it as that key.
   virtual void other_name(std::string_view /*name*/, std::string_view /*path*/) {}
@@ -226,7 +226,7 @@ class Visitor {
   [[nodiscard]] virtual bool is_section(std::string_view /*key*/) const { return false; }
   /// The error for a wrong key of this section, or for the section itself (empty key).
   [[nodiscard]] virtual InputError fault(std::string_view key, std::string_view problem,
-                                         std::string_view cure = {}) const;
+                                         std::string_view hint = {}) const;
 
  protected:
   virtual void field(const Field& field, Value& value) = 0;

@@ -642,7 +642,7 @@ TEST(NtripAddress, RefusesWhatIsNone) {
     try {
       (void)open_transport(text);
     } catch (const InputError& error) {
-      return std::string(error.what()) + " | " + error.cure();
+      return std::string(error.what()) + " | " + error.hint();
     }
     ADD_FAILURE() << text;
     return std::string();

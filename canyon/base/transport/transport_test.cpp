@@ -242,7 +242,7 @@ TEST(TcpServer, RefusesPortsThatCannotBeHad) {
       ADD_FAILURE() << port;
     } catch (const InputError& e) {
       EXPECT_THAT(e.problem(), HasSubstr("port " + std::to_string(port)));
-      EXPECT_THAT(e.cure(), HasSubstr("1024 to 65535"));
+      EXPECT_THAT(e.hint(), HasSubstr("1024 to 65535"));
     }
   }
 }
@@ -655,7 +655,7 @@ TEST(Transport, RefusesWhatIsNoAddress) {
     try {
       (void)open_transport(address);
     } catch (const InputError& e) {
-      EXPECT_NE(e.cure(), "") << address;
+      EXPECT_NE(e.hint(), "") << address;
       return e.problem();
     }
     ADD_FAILURE() << address;

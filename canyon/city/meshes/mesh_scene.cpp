@@ -68,7 +68,7 @@ MeshScene read_gltf_file(const std::filesystem::path& path) {
     model = read_gltf(mesh_bytes(path), fetch);
   } catch (const InputError& error) {
     if (!error.file().empty()) throw;
-    throw InputError(path, 0, error.problem(), error.cure());
+    throw InputError(path, 0, error.problem(), error.hint());
   } catch (const JsonError& error) {
     throw InputError(path, 0, fmt::format("is not valid glTF 2.0 ({})", error.what()), kDamagedMesh);
   }

@@ -53,7 +53,7 @@ class TilesReader {
     } catch (const OutputError&) {
       throw;
     } catch (const InputError& error) {
-      throw InputError(public_address(source_.root()), 0, error.problem(), error.cure());
+      throw InputError(public_address(source_.root()), 0, error.problem(), error.hint());
     } catch (const JsonError& error) {
       throw InputError(public_address(source_.root()), 0, fmt::format("is not valid JSON: {}", error.what()),
                        "get the tileset again");

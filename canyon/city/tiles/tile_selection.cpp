@@ -432,7 +432,7 @@ TileSelection select_tiles(TileSource& source, const TileArea& area, const TileO
 std::string gap_line(const std::string& address, const std::exception& error) {
   std::string logged = error.what();
   if (const auto* input = dynamic_cast<const InputError*>(&error))
-    logged = input->problem() + (input->cure().empty() ? "" : "; " + input->cure());
+    logged = input->problem() + (input->hint().empty() ? "" : "; " + input->hint());
   return fmt::format("{}: {}", public_address(address), logged);
 }
 

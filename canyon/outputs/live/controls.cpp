@@ -294,9 +294,9 @@ std::string name_in(const Json& command, const char* key) {
   return found != nullptr ? found->text() : std::string();
 }
 
-Json refusal(std::string_view problem, std::string_view cure) {
+Json refusal(std::string_view problem, std::string_view hint) {
   Json json{{"ok", false}, {"error", problem}};
-  if (!cure.empty()) json["cure"] = cure;
+  if (!hint.empty()) json["cure"] = hint;
   return json;
 }
 
@@ -325,13 +325,13 @@ class SessionCommands final : public Commands {
   }
   [[nodiscard]] bool stopped() const override { return stop; }
   [[nodiscard]] std::string answer(std::string_view line) override {
-    constexpr std::string_view kCure = R"(write {"command": "help"})";
+    constexpr std::string_view kHint = R"(write {"command": "help"})";
     const std::optional<Json> parsed = Json::try_parse(line);
-    if (!parsed) return one_line(refusal("the line is not JSON", kCure));
+    if (!parsed) return one_line(refusal("the line is not JSON", kHint));
     const Json& command = *parsed;
-    if (!command.is_object()) return one_line(refusal("the line is not a JSON object", kCure));
-    if (!command.contains("command")) return one_line(refusal("the object has no key 'command'", kCure));
-    if (!command["command"].is_string()) return one_line(refusal("'command' is not a string", kCure));
+    if (!command.is_object()) return one_line(refusal("the line is not a JSON object", kHint));
+    if (!command.contains("command")) return one_line(refusal("the object has no key 'command'", kHint));
+    if (!command["command"].is_string()) return one_line(refusal("'command' is not a string", kHint));
     const std::string& name = command["command"].text();
     for (const Entry& entry : entries()) {
       if (entry.name != name) continue;
@@ -342,7 +342,7 @@ class SessionCommands final : public Commands {
       try {
         return one_line((this->*entry.run)(command));
       } catch (const InputError& e) {
-        return one_line(refusal(e.problem(), e.cure()));
+        return one_line(refusal(e.problem(), e.hint()));
       } catch (const std::exception& e) {
         return one_line(refusal(e.what(), ""));
       }

@@ -73,7 +73,7 @@ std::unique_ptr<EpochPublisher> make_stream_publisher(
     if (!link) link = std::make_shared<transport::Link>(request.address);
     return std::make_unique<StreamPublisher>(setting, request, r, receivers[r], std::move(link), device);
   } catch (const InputError& e) {
-    throw InputError(setting + ": " + e.problem(), e.cure());
+    throw InputError(setting + ": " + e.problem(), e.hint());
   }
 }
 

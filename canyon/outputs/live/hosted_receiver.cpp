@@ -34,7 +34,7 @@ void visit_streams(options::Visitor& v, const options::Field& field, std::vector
   try {
     for (const std::string& text : streams) (void)output::format_named(output::parse_stream(text).format);
   } catch (const InputError& e) {
-    throw v.fault(field.name, e.problem(), e.cure());
+    throw v.fault(field.name, e.problem(), e.hint());
   }
 }
 

@@ -180,7 +180,7 @@ class JsonPoses final : public PoseDecoder {
     const auto given = [&](const char* key) { return !object[key].is_null(); };
     for (const Json::Member& member : object.members()) {
       if (std::find(kKnown.begin(), kKnown.end(), member.key) != kKnown.end()) continue;
-      leave_out(printable(member.key), [&] { return cure_of(member.key, kKnown); });
+      leave_out(printable(member.key), [&] { return hint_for(member.key, kKnown); });
     }
     const bool geodetic = given("latitude_deg") && given("longitude_deg") && given("height_m");
     if (geodetic && given("position_m"))
@@ -206,7 +206,7 @@ class JsonPoses final : public PoseDecoder {
   }
 
   /// A hint with a known key similar to the given one or beginning with it: velocity for velocity_mps.
-  static std::string cure_of(const std::string& key, const std::vector<std::string>& known) {
+  static std::string hint_for(const std::string& key, const std::vector<std::string>& known) {
     const std::string low = lower_case(key);
     auto similar = closest(low, known);
     for (const std::string& each : known)

@@ -306,7 +306,7 @@ struct Session::Impl {
         streams.push_back(output::open_stream(request, r, description, link_of(request.address)));
       } catch (const InputError& e) {
         if (!e.file().empty()) throw;
-        throw InputError(fmt::format("stream {}: {}", i + 1, e.problem()), e.cure());
+        throw InputError(fmt::format("stream {}: {}", i + 1, e.problem()), e.hint());
       }
     }
     if (options.control.empty()) return;
@@ -324,8 +324,8 @@ struct Session::Impl {
     return link;
   }
 
-  [[nodiscard]] InputError error(std::string_view problem, std::string_view cure) const {
-    return {scenario.file, 0, problem, cure};
+  [[nodiscard]] InputError error(std::string_view problem, std::string_view hint) const {
+    return {scenario.file, 0, problem, hint};
   }
 
   /// Makes the motion for sensors if a receiver, a stream or a sink needs them.

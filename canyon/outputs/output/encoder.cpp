@@ -23,7 +23,7 @@ std::span<const Format> formats() {
 const Format& format_named(std::string_view name) {
   for (const simulation::FormerOutput& former : simulation::former_outputs()) {
     if (name == former.name)
-      throw InputError(std::string("output format '").append(name).append("' was removed"), former.cure);
+      throw InputError(std::string("output format '").append(name).append("' was removed"), former.hint);
   }
   return entry_named(kFormats, name, "output format");
 }

@@ -36,8 +36,8 @@ transport::StreamDescription stream_description(const Format& format, const Rece
 
 /// Throws InputError if no client can report its position, or if the receiver is not a base station.
 void check_virtual_station(const StreamRequest& request, const ReceiverDescription& base) {
-  const auto refuse = [](std::string_view problem, std::string_view cure) {
-    throw InputError(fmt::format("virtual_station: {}", problem), cure);
+  const auto refuse = [](std::string_view problem, std::string_view hint) {
+    throw InputError(fmt::format("virtual_station: {}", problem), hint);
   };
   if (request.format != "rtcm")
     refuse(fmt::format("{} has no corrections for a position", request.format), "use the format rtcm");

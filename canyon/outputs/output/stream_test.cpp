@@ -39,7 +39,7 @@ TEST(Stream, ReadsRequests) {
   EXPECT_EQ(other.format, "epochs_csv");
   EXPECT_EQ(other.address, "file:a=b/c");
   for (const char* text : {"", "nmea", "nmea=", "=pty:", "rover/=pty:"}) {
-    EXPECT_THAT(error_of([&] { (void)parse_stream(text); }).cure(), HasSubstr("FORMAT=ADDRESS")) << text;
+    EXPECT_THAT(error_of([&] { (void)parse_stream(text); }).hint(), HasSubstr("FORMAT=ADDRESS")) << text;
   }
 }
 
@@ -47,12 +47,12 @@ TEST(Stream, RefusesFormatsThatItDoesNotKnowOrThatWaitForTheEnd) {
   const auto open = [](const char* text) { (void)open_stream(parse_stream(text), 0, {}); };
   const InputError unknown = error_of([&] { open("nmae=pty:"); });
   EXPECT_THAT(unknown.problem(), HasSubstr("no output format 'nmae'"));
-  EXPECT_THAT(unknown.cure(), HasSubstr("did you mean 'nmea'"));
+  EXPECT_THAT(unknown.hint(), HasSubstr("did you mean 'nmea'"));
   const InputError late = error_of([&] { open("kml=pty:"); });
   EXPECT_THAT(late.problem(), HasSubstr("complete only at the end of a run"));
-  EXPECT_THAT(late.cure(), HasSubstr("kml=file:track.kml"));
+  EXPECT_THAT(late.hint(), HasSubstr("kml=file:track.kml"));
   EXPECT_EQ(parse_stream("ubx=pty:?generation=x20").options.generation, simulation::UbxGeneration::X20);
-  EXPECT_THAT(error_of([&] { open("ubx_m8=pty:"); }).cure(), HasSubstr("ubx=ADDRESS?generation=m8"));
+  EXPECT_THAT(error_of([&] { open("ubx_m8=pty:"); }).hint(), HasSubstr("ubx=ADDRESS?generation=m8"));
 }
 
 TEST(Stream, SendsAllSamplesOfSensorsOrNone) {
@@ -109,7 +109,7 @@ TEST(Stream, TellsAnNtripCasterWhatItSends) {
   const auto open = [] { (void)open_stream(parse_stream("rtcm=ntrip://a:secret@127.0.0.1:1/C"), 0, {}); };
   const InputError sent = error_of(open);
   EXPECT_THAT(sent.problem(), HasSubstr("nothing can be sent to 'ntrip://a:...@127.0.0.1:1/C'"));
-  EXPECT_THAT(sent.cure(), HasSubstr("ntrip-source://"));
+  EXPECT_THAT(sent.hint(), HasSubstr("ntrip-source://"));
 }
 
 TEST(Stream, RefusesVirtualStationsThatNobodyCanPlace) {

@@ -86,7 +86,7 @@ ChannelModel::Kind& ChannelModel::mutable_kind(const gnss::Signal& signal) {
     } catch (const InputError& error) {
       throw InputError(fmt::format("receiver '{}', {} {}: {}", receiver_, gnss::name(signal.system),
                                    signal.name, error.problem()),
-                       error.cure());
+                       error.hint());
     }
   }
   return *kind;

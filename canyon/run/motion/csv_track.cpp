@@ -160,7 +160,7 @@ class CsvReader {
       return parse_integer(split(column.second, '[')[0]).has_value();
     });
     find_header();
-    if (!header_) throw InputError(file_.path(), 0, "no position in it", columns_cure());
+    if (!header_) throw InputError(file_.path(), 0, "no position in it", columns_hint());
     take_header(*header_);
     if (numbers_) file_.unread_line();
     int first_record = 0;  // line of the first record
@@ -189,7 +189,7 @@ class CsvReader {
     note_doubts();
     if (path_.points.empty())
       throw InputError(file_.path(), first_record, "no line has a time, a position and a height",
-                       columns_cure());
+                       columns_hint());
     return std::move(path_);
   }
 
@@ -319,7 +319,7 @@ class CsvReader {
       if (columns_[q]) {
         throw file_.error(fmt::format("the columns '{}' and '{}' are both the {}", columns_[q]->name,
                                       header[i], kRows[q].name),
-                          columns_cure());
+                          columns_hint());
       }
       columns_[q] = Column{i, std::string(header[i]), unit ? unit->scale : 1, unit != nullptr};
     }
@@ -330,7 +330,7 @@ class CsvReader {
     const auto* const row =
         std::find_if(kRows.begin(), kRows.end(), [&](const Row& r) { return r.name == quantity; });
     const auto fault = [&](std::string_view problem) {
-      return file_.error(fmt::format("trajectory.columns.{}: {}", quantity, problem), columns_cure());
+      return file_.error(fmt::format("trajectory.columns.{}: {}", quantity, problem), columns_hint());
     };
     const std::size_t index = index_of(header, given, numbers);
     if (index >= header.size())
@@ -358,7 +358,7 @@ class CsvReader {
     const auto require = [&](bool has, const char* what) {
       if (has) return;
       throw file_.error(fmt::format("no column '{}'; there are '{}'", what, fmt::join(header, "', '")),
-                        cure_of(header));
+                        hint_for(header));
     };
     path_.timed = weeks_ || columns_[UnixTime] || columns_[Time];
     // A file of positions only, unless its times have another name.
@@ -373,7 +373,7 @@ class CsvReader {
   }
 
   /// trajectory.columns for this file, from column names of other programs.
-  [[nodiscard]] std::string cure_of(const Fields& header) {
+  [[nodiscard]] std::string hint_for(const Fields& header) {
     constexpr std::pair<Quantity, std::string_view> kOthers[] = {
         {Time, kTimeNames},
         {Latitude, "latitude lat phi"},
@@ -397,7 +397,7 @@ class CsvReader {
         break;
       }
     }
-    if (parts.size() < std::size(kOthers)) return std::string(columns_cure());
+    if (parts.size() < std::size(kOthers)) return std::string(columns_hint());
     return fmt::format("trajectory.columns: {{{}}}, with their units", fmt::join(parts, ", "));
   }
 

@@ -216,7 +216,7 @@ std::optional<Report> read_date(const RecordAt& at, const Sentence& sentence) {
   try {
     report.date = midnight_of(value[2], value[1], value[0]);
   } catch (const InputError& e) {
-    throw at.error(e.problem(), e.cure());
+    throw at.error(e.problem(), e.hint());
   }
   return report;
 }

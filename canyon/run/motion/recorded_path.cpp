@@ -101,7 +101,7 @@ TrajectoryFile recorded_trajectory(RecordedPath path) {
   return {std::move(trajectory), path.has_own_dates, std::move(path.report)};
 }
 
-std::string_view columns_cure() {
+std::string_view columns_hint() {
   return "name the columns time, latitude, longitude, height, or give them with their units, such as "
          "trajectory.columns: {time: stamp, latitude: \"lat [rad]\", longitude: \"lon [rad]\", height: "
          "alt_m}";
@@ -177,7 +177,7 @@ GpsTime time_of_text(const RecordAt& at, std::string_view text) {
     if (!geodesy::names_time_scale(text)) at.report.guess(at.line, "time without time zone", "taken as UTC");
     return time;
   } catch (const InputError& e) {
-    throw at.error(e.problem(), e.cure());
+    throw at.error(e.problem(), e.hint());
   }
 }
 

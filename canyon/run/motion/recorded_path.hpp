@@ -46,15 +46,15 @@ void keep_rising(RecordedPath& path);
 [[nodiscard]] TrajectoryFile recorded_trajectory(RecordedPath path);
 
 /// "trajectory.columns: {...}": hint how to name the columns of a CSV file.
-[[nodiscard]] std::string_view columns_cure();
+[[nodiscard]] std::string_view columns_hint();
 
 /// The line of a file that is being read.
 struct RecordAt {
   ReadReport& report;
   int line = 0;
 
-  [[nodiscard]] InputError error(std::string_view problem, std::string_view cure = {}) const {
-    return {report.path(), line, problem, cure};
+  [[nodiscard]] InputError error(std::string_view problem, std::string_view hint = {}) const {
+    return {report.path(), line, problem, hint};
   }
 };
 

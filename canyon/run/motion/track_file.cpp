@@ -428,7 +428,7 @@ RecordedPath read_android_fixes(const std::filesystem::path& path, const HeightR
     report.guess(0, "it has no fix of GPS",
                  fmt::format("those of {} are used", kProviders[best - points.begin()].first));
   }
-  if (const auto& cut = log.file().cut_warning()) report.loss(*cut, 1, cut->cure());
+  if (const auto& cut = log.file().cut_warning()) report.loss(*cut, 1, cut->hint());
   result.points = *best;
   return result;
 }

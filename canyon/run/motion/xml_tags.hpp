@@ -22,8 +22,8 @@ class XmlTags {
   bool next();
   /// The value of an attribute of this tag; empty if it has none.
   [[nodiscard]] std::string_view attribute(std::string_view key) const;
-  [[nodiscard]] InputError error(std::string_view problem, std::string_view cure = {}) const {
-    return {file_.path(), line_, problem, cure};
+  [[nodiscard]] InputError error(std::string_view problem, std::string_view hint = {}) const {
+    return {file_.path(), line_, problem, hint};
   }
   [[nodiscard]] int line() const { return line_; }
 

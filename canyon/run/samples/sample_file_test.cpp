@@ -97,7 +97,7 @@ TEST_F(SampleFiles, RefusesLevelsOfASignAndBandsThatFoldBack) {
       (void)SampleFile(simulation, options);
       ADD_FAILURE() << hz;
     } catch (const InputError& error) {
-      EXPECT_NE(error.cure().find("now 1000000"), std::string::npos) << error.what();
+      EXPECT_NE(error.hint().find("now 1000000"), std::string::npos) << error.what();
     }
   }
 }

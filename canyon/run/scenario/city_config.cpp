@@ -75,7 +75,7 @@ namespace {
 using geodesy::Geodetic;
 using options::Visitor;
 
-constexpr const char* kCityCure = "give one of osm, file, mesh, tiles, synthetic: {} or open: true";
+constexpr const char* kCityHint = "give one of osm, file, mesh, tiles, synthetic: {} or open: true";
 
 void visit_origin(Visitor& v, std::optional<Geodetic>& origin) {
   std::optional<double> latitude, longitude;
@@ -155,7 +155,7 @@ void visit_kind(Visitor& v, CityConfig& city) {
   if (const auto* map = city.as<MapCity>()) osm = map->files;
   if (const auto* own = city.as<CityFile>()) file = own->path;
   if (const auto* model = city.as<MeshCity>()) mesh = model->path;
-  v.one_of({"osm", "file", "mesh", "tiles", "synthetic", "open"}, kCityCure);
+  v.one_of({"osm", "file", "mesh", "tiles", "synthetic", "open"}, kCityHint);
   v.files(
       {"osm", "",
        "map files, one or a list: .osm, .osm.gz, .osm.bz2, .osm.pbf, Overpass .json; CityGML and CityJSON, "
@@ -178,7 +178,7 @@ void visit_open(Visitor& v, const CityConfig& city) {
   if (!v.wants(v.reads() ? v.has("open") : city.is<OpenField>())) return;
   bool open = !v.reads() && !v.describes();
   v.boolean({"open", "", "true: no buildings, open sky"}, open);
-  if (v.reads() && !open) throw v.fault({}, "city has no content", kCityCure);
+  if (v.reads() && !open) throw v.fault({}, "city has no content", kCityHint);
 }
 
 }  // namespace

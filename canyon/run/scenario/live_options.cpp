@@ -174,7 +174,7 @@ void check_base(options::Visitor& v, const LiveConfig& config) {
     try {
       check_corrections(config.receivers, 0);
     } catch (const InputError& e) {
-      throw v.fault("from", e.problem(), config.base() != nullptr ? e.cure() : "add base: {fixed: ...}");
+      throw v.fault("from", e.problem(), config.base() != nullptr ? e.hint() : "add base: {fixed: ...}");
     }
   });
 }

@@ -71,7 +71,7 @@ void visit(options::Visitor& v, OutputConfig& o) {
     o.names.erase(std::string(output.name));
     if (wanted) o.names.emplace(output.name);
   }
-  for (const FormerOutput& former : former_outputs()) v.replaced(former.name, former.cure);
+  for (const FormerOutput& former : former_outputs()) v.replaced(former.name, former.hint);
 }
 
 void visit_outputs(options::Visitor& v, OutputConfig& config) {

@@ -28,7 +28,7 @@ void visit_generation(options::Visitor& v, UbxGeneration& generation);
 
 /// A name from earlier versions, and its replacement.
 struct FormerOutput {
-  std::string_view name, cure;
+  std::string_view name, hint;
 };
 [[nodiscard]] std::span<const FormerOutput> former_outputs();
 

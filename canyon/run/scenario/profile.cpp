@@ -91,7 +91,7 @@ ReceiverConfig profile_of(Visitor& v, const std::string& name) {
     return among_obstacles(
         parse_profile(std::string(profile.text), fmt::format("profile {}", profile.name)).receiver);
   } catch (const InputError& e) {
-    throw v.fault("profile", e.problem(), e.cure());
+    throw v.fault("profile", e.problem(), e.hint());
   }
 }
 
@@ -133,7 +133,7 @@ void visit_receivers(Visitor& v, std::vector<ReceiverConfig>& receivers, const C
         try {
           check_corrections(receivers, static_cast<std::size_t>(&config - receivers.data()));
         } catch (const InputError& e) {
-          throw v.fault("from", e.problem(), e.cure());
+          throw v.fault("from", e.problem(), e.hint());
         }
       });
     });

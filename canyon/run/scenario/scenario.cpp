@@ -126,9 +126,9 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
         "give signal: {enabled: true}, or a profile that has it");
   }
   if (from.empty() || relative::is_stream(from)) return;
-  const auto refuse = [&](std::string_view problem, std::string_view cure) {
+  const auto refuse = [&](std::string_view problem, std::string_view hint) {
     throw InputError(fmt::format("receiver '{}' uses corrections from '{}', {}", options.name, from, problem),
-                     cure);
+                     hint);
   };
   const std::optional<std::size_t> base = index_of_base(receivers, receivers[index]);
   if (!base) {

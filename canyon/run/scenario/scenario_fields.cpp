@@ -82,7 +82,7 @@ void visit_systems(Visitor& v, std::set<gnss::System>& systems) {
       try {
         systems.insert(gnss::system_from_name(name));
       } catch (const InputError& e) {
-        throw v.fault("systems", e.problem(), e.cure());
+        throw v.fault("systems", e.problem(), e.hint());
       }
     }
   }
@@ -150,19 +150,19 @@ std::optional<geodesy::LocalFrame> known_frame(Visitor& v, const CityConfig& cit
   return frame;
 }
 
-// A position by its keys. @param height_cure for a missing height; empty: the height may be absent
+// A position by its keys. @param height_hint for a missing height; empty: the height may be absent
 FixedPosition position_of(Visitor& v, const PositionKeys& keys,
-                          const std::optional<geodesy::LocalFrame>& frame, std::string_view height_cure) {
+                          const std::optional<geodesy::LocalFrame>& frame, std::string_view height_hint) {
   const auto height = [&](std::string_view key, const std::optional<double>& value) {
-    if (!value && !height_cure.empty()) throw v.fault({}, fmt::format("'{}' is missing", key), height_cure);
+    if (!value && !height_hint.empty()) throw v.fault({}, fmt::format("'{}' is missing", key), height_hint);
     return value.value_or(0);
   };
   FixedPosition position;
   if (keys.east_m || keys.north_m || keys.up_m) {
-    constexpr std::string_view kCure =
+    constexpr std::string_view kHint =
         "use either east_m, north_m and up_m or latitude_deg, longitude_deg and height_m";
-    v.require("east_m", kCure);
-    v.require("north_m", kCure);
+    v.require("east_m", kHint);
+    v.require("north_m", kHint);
     position.local_m = Eigen::Vector3d(*keys.east_m, *keys.north_m, height("up_m", keys.up_m));
     if (frame) position.position = frame->geodetic_from_local(*position.local_m);
   } else {
@@ -334,7 +334,7 @@ void visit_start(Visitor& v, std::optional<GpsTime>& start, std::vector<std::str
       try {
         start = geodesy::parse_simulated_time(*text);
       } catch (const InputError& e) {
-        throw v.fault("start", e.problem(), e.cure());
+        throw v.fault("start", e.problem(), e.hint());
       }
     }
   }

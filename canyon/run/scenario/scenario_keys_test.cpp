@@ -298,7 +298,7 @@ void expect_reported(const InputError& error, const options::Key& key, const std
   EXPECT_EQ(error.file(), file) << key.path << ": " << error.what();
   EXPECT_EQ(error.line(), line) << key.path << ": " << error.what();
   EXPECT_THAT(error.problem(), StartsWith(name + ": ")) << key.path;
-  EXPECT_NE(error.cure(), "") << key.path << ": " << error.what();
+  EXPECT_NE(error.hint(), "") << key.path << ": " << error.what();
 }
 
 TEST(EveryKey, IsRefusedOutsideItsRangeWithFileLineAndCure) {

@@ -52,7 +52,7 @@ void run_check(const options::Visitor& v, const options::Field& field, const Che
   try {
     check();
   } catch (const InputError& error) {
-    throw v.fault(field.name, error.problem(), error.cure());
+    throw v.fault(field.name, error.problem(), error.hint());
   }
 }
 

@@ -66,7 +66,7 @@ TEST(SignalGroups, WrongNamesAreToldTheRightOnes) {
       check_group(bad);
       ADD_FAILURE() << bad;
     } catch (const InputError& error) {
-      EXPECT_THAT(error.cure(), testing::AllOf(testing::HasSubstr("GLONASS"), testing::HasSubstr("GPS-IIF")));
+      EXPECT_THAT(error.hint(), testing::AllOf(testing::HasSubstr("GLONASS"), testing::HasSubstr("GPS-IIF")));
     }
   }
   EXPECT_NO_THROW(check_signals({"L1CA", "L5"}));

@@ -149,7 +149,7 @@ class AndroidReader {
       if (const std::string problem = take(); !problem.empty()) damaged(problem);
     }
     end_epoch();
-    if (const auto& cut = log_.file().cut_warning()) result_.report.notes.loss(*cut, 1, cut->cure());
+    if (const auto& cut = log_.file().cut_warning()) result_.report.notes.loss(*cut, 1, cut->hint());
     if (lines_ == 0) {
       throw InputError(log_.file().path(), 0,
                        fmt::format("is a log of Android's GnssLogger without a line of 'Raw' (it has {})",

@@ -32,8 +32,8 @@ class CompactLines {
   [[nodiscard]] int line() const { return compact_ ? line_ : file_.line(); }
   [[nodiscard]] const std::filesystem::path& path() const { return file_.path(); }
   [[nodiscard]] const std::optional<InputError>& cut_warning() const { return file_.cut_warning(); }
-  [[nodiscard]] InputError error(std::string_view problem, std::string_view cure = {}) const {
-    return {path(), line(), problem, cure};
+  [[nodiscard]] InputError error(std::string_view problem, std::string_view hint = {}) const {
+    return {path(), line(), problem, hint};
   }
 
  private:

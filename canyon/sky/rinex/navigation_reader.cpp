@@ -34,7 +34,7 @@ class Reader {
 
   gnss::NavigationData read() {
     data_.sources.push_back(file_.path().filename().string());
-    if (file_.cut_warning()) report_.loss(*file_.cut_warning(), 1, file_.cut_warning()->cure());
+    if (file_.cut_warning()) report_.loss(*file_.cut_warning(), 1, file_.cut_warning()->hint());
     read_header(file_.next_line());
     read_records();
     finish();
@@ -182,7 +182,7 @@ class Reader {
       RawRecord record;
       record.line = file_.line();
       if (!begins_record(*line)) {
-        report_.loss(record.line, "lines that belong to no record", kCure);
+        report_.loss(record.line, "lines that belong to no record", kHint);
         skip_rest();
         continue;
       }
@@ -213,7 +213,7 @@ class Reader {
           take_version2_or_3(record);
       } catch (const DamagedRecord& reason) {
         if (is_wanted(record))
-          report_.loss(record.line, reason.reason, kCure);
+          report_.loss(record.line, reason.reason, kHint);
         else
           pass_over_record("{} damaged records of systems that are not requested");
       }
@@ -279,7 +279,7 @@ class Reader {
       try {
         data_.signal_delays.push_back(decode_signal_delays(id, record.lines, type));
       } catch (const DamagedRecord& reason) {
-        report_.remark(record.line, reason.reason, kCure);
+        report_.remark(record.line, reason.reason, kHint);
       }
       return;
     }
@@ -392,7 +392,7 @@ class Reader {
     data_ = std::move(ordered);
   }
 
-  static constexpr const char* kCure = "record left out";
+  static constexpr const char* kHint = "record left out";
 
   TextFile file_;
   std::set<gnss::System> wanted_;

@@ -74,7 +74,7 @@ class HeaderRecords {
  public:
   /// Reads the first line. Empty if it is valid, else the problem and the hint.
   struct Fault {
-    std::string problem, cure;
+    std::string problem, hint;
   };
   [[nodiscard]] std::optional<Fault> begin(std::string_view line);
 

@@ -80,7 +80,7 @@ struct RinexObservationReader::Impl {
   void read_header() {
     const auto first = lines.next_line();
     if (!first) throw InputError(lines.path(), 0, "is empty", "give a RINEX observation file");
-    if (const auto fault = records.begin(*first)) throw lines.error(fault->problem, fault->cure);
+    if (const auto fault = records.begin(*first)) throw lines.error(fault->problem, fault->hint);
     read_header_lines();
   }
 
@@ -104,7 +104,7 @@ struct RinexObservationReader::Impl {
   void read_another_header(std::string_view first) {
     change_header([&] {
       records = {};
-      if (const auto fault = records.begin(first)) throw lines.error(fault->problem, fault->cure);
+      if (const auto fault = records.begin(first)) throw lines.error(fault->problem, fault->hint);
       read_header_lines();
     });
   }
@@ -268,7 +268,7 @@ struct RinexObservationReader::Impl {
       return result;
     }
     if (lines.cut_warning() && !std::exchange(cut, true))
-      report.notes.loss(*lines.cut_warning(), 1, lines.cut_warning()->cure());
+      report.notes.loss(*lines.cut_warning(), 1, lines.cut_warning()->hint());
     return std::nullopt;
   }
 

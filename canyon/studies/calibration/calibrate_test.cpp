@@ -216,7 +216,7 @@ TEST(Calibrate, ReceiverWithoutStrengthIsRefused) {
     FAIL();
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("car"));
-    EXPECT_THAT(error.cure(), HasSubstr("--profile"));
+    EXPECT_THAT(error.hint(), HasSubstr("--profile"));
   }
 }
 

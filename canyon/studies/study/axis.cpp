@@ -54,7 +54,7 @@ void visit_times(options::Visitor& v, Axis& o) {
     try {
       o.first = geodesy::parse_simulated_time(text);
     } catch (const InputError& e) {
-      throw v.fault("from", e.problem(), e.cure());
+      throw v.fault("from", e.problem(), e.hint());
     }
   }
   v.require("span_s", "give it in seconds: 86400 is a day, 31557600 a year");
@@ -87,7 +87,7 @@ void visit_unknowns(options::Visitor& v, Axis& o) {
   try {
     for (const std::string& name : o.known) (void)unknowns::unknown_of(name);
   } catch (const InputError& e) {
-    throw v.fault("known", e.problem(), e.cure());
+    throw v.fault("known", e.problem(), e.hint());
   }
 }
 

@@ -254,7 +254,7 @@ std::optional<RunRecord> RunMaker::make(std::size_t number, int threads,
   } catch (const OutputError&) {
     throw;
   } catch (const InputError& error) {
-    record.problem = error.problem() + (error.cure().empty() ? "" : "; " + error.cure());
+    record.problem = error.problem() + (error.hint().empty() ? "" : "; " + error.hint());
   }
   return record;
 }

@@ -329,12 +329,12 @@ options::Document StudyPlan::document(const std::vector<AxisValue>& at) const {
   };
   const std::filesystem::path base = base_file_, study = study_.file;
   document.fault = [blame, base, study](const std::string& path, const std::string& key, int line,
-                                        std::string_view problem, std::string_view cure) {
+                                        std::string_view problem, std::string_view hint) {
     const std::string whole = key.empty() ? path : path.empty() ? key : path + "." + key;
     const std::string* axis = blame(whole);
     const std::string message = key.empty() ? std::string(problem) : fmt::format("{}: {}", key, problem);
-    return axis == nullptr ? InputError(base, line, message, cure)
-                           : InputError(study, line, fmt::format("{}: {}", *axis, message), cure);
+    return axis == nullptr ? InputError(base, line, message, hint)
+                           : InputError(study, line, fmt::format("{}: {}", *axis, message), hint);
   };
   document.find_file = [blame, base, study](const std::string& name,
                                             const options::SourceLocation& location) {
@@ -363,7 +363,7 @@ simulation::Scenario StudyPlan::scenario(const StudyRun& run) const {
           set_at(root, key, *tree);
       } catch (const InputError& e) {
         throw InputError(study_.file, study_.axes[i].line,
-                         fmt::format("axis {}: {}", study_.axes[i].name, e.problem()), e.cure());
+                         fmt::format("axis {}: {}", study_.axes[i].name, e.problem()), e.hint());
       }
     }
   }

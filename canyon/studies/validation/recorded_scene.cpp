@@ -105,7 +105,7 @@ void visit(options::Visitor& v, ListedRecording& r) {
       try {
         (void)simulation::built_in_profile(r.profile);
       } catch (const InputError& e) {
-        throw v.fault("profile", e.problem(), e.cure());
+        throw v.fault("profile", e.problem(), e.hint());
       }
     }
   } else if (!v.reads()) {

@@ -18,7 +18,7 @@
 namespace canyon::buildings {
 namespace {
 
-constexpr std::string_view kCure = "check the file with cjval or val3dity, or export it again";
+constexpr std::string_view kHint = "check the file with cjval or val3dity, or export it again";
 
 /// A tag's text; empty for a value that is not a scalar.
 std::string text_of(const Json& value) {
@@ -70,8 +70,8 @@ class CityJsonReader {
   }
 
  private:
-  [[noreturn]] void fail(std::string_view problem, std::string_view cure = kCure) const {
-    throw InputError(file_.path(), line_, problem, cure);
+  [[noreturn]] void fail(std::string_view problem, std::string_view hint = kHint) const {
+    throw InputError(file_.path(), line_, problem, hint);
   }
   [[noreturn]] void fail_object(const std::string& key, std::string_view problem) const {
     fail(fmt::format("city object \"{}\": {}", key, problem));

@@ -25,7 +25,7 @@ constexpr std::array<KnownGeoid, 3> kKnownGeoids{{{5798, {"egm84-15", "egm84-30"
                                                   {5773, {"egm96-5", "egm96-15", ""}},
                                                   {3855, {"egm2008-2_5", "egm2008-5", "egm2008-1"}}}};
 
-constexpr const char* kGridCure =
+constexpr const char* kGridHint =
     "give the geoid's undulation at this position in metres (geoid_undulation_m, --geoid-undulation), or "
     "install the grid (Debian: proj-data for EGM96; others: geographiclib-get-geoids or projsync)";
 
@@ -159,13 +159,13 @@ Geoid::Geoid(const Heights& heights) {
       note_ = fmt::format(
           "{}: heights above {} are read as ellipsoidal (errors of tens of metres in many areas), because no "
           "geoid grid for it is installed; {}",
-          file, why, kGridCure);
+          file, why, kGridHint);
       return;
     }
     if (!grid->geographiclib) {
       throw InputError(heights.file, 0,
                        fmt::format("heights are above {}, and no geoid grid for it is installed", why),
-                       kGridCure);
+                       kGridHint);
     }
     note_ = fmt::format("{}: heights above {}; geoid added by GeographicLib's {}", file, why,
                         grid->geographiclib->GeoidName());
@@ -181,7 +181,7 @@ double Geoid::undulation_m(const LonLat& point) const {
     try {
       return (*grid_->geographiclib)(point.y(), longitude_near(point.x(), 0));
     } catch (const GeographicLib::GeographicErr& e) {
-      throw InputError(grid_->file, 0, fmt::format("geoid of {}: {}", grid_->name, e.what()), kGridCure);
+      throw InputError(grid_->file, 0, fmt::format("geoid of {}: {}", grid_->name, e.what()), kGridHint);
     }
   }
   // A point on the ellipsoid is N below the geoid. Systems in feet give results in feet.
@@ -195,7 +195,7 @@ double Geoid::undulation_m(const LonLat& point) const {
     throw InputError(grid_->file, 0,
                      fmt::format("the grid of {} does not cover longitude {:.5f}, latitude {:.5f}",
                                  grid_->name, point.x(), point.y()),
-                     kGridCure);
+                     kGridHint);
   }
   return -z * grid_->metres_per_unit;
 }

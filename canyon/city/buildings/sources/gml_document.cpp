@@ -89,8 +89,8 @@ class GmlParser {
     bool has_system = false;  ///< given here
   };
 
-  [[noreturn]] void fail(std::string_view problem, std::string_view cure) const {
-    throw InputError(file_, line(), problem, cure);
+  [[noreturn]] void fail(std::string_view problem, std::string_view hint) const {
+    throw InputError(file_, line(), problem, hint);
   }
   [[nodiscard]] int line() const { return static_cast<int>(XML_GetCurrentLineNumber(parser_.get())); }
 

@@ -336,7 +336,7 @@ void visit_satellites(options::Visitor& v, SatelliteSet& set) {
   try {
     check_satellites(set);
   } catch (const InputError& error) {
-    throw v.fault("satellites", error.problem(), error.cure());
+    throw v.fault("satellites", error.problem(), error.hint());
   }
 }
 

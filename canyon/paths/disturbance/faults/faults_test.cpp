@@ -52,7 +52,7 @@ std::string fault_of(const std::string& text) {
   try {
     (void)parse_fault(text, "command", 0, 1);
   } catch (const InputError& error) {
-    EXPECT_NE(error.cure(), "") << error.what();
+    EXPECT_NE(error.hint(), "") << error.what();
     return error.what();
   }
   ADD_FAILURE() << "no InputError: " << text;

@@ -176,7 +176,7 @@ void check_box(const EnuBox& box, const city::City& city) {
   if (city.mesh.triangles.empty()) return;
   const city::Box bounds = city.bounds();
   const Vector2d low = bounds.min.head<2>(), high = bounds.max.head<2>();
-  const std::string cure = fmt::format(
+  const std::string hint = fmt::format(
       "the city extends from east {:.0f} to {:.0f} m and from north {:.0f} to {:.0f} m about latitude "
       "{:.5f}, longitude {:.5f}",
       low.x(), high.x(), low.y(), high.y(), geodesy::degrees(city.frame.origin().latitude_rad),
@@ -184,12 +184,12 @@ void check_box(const EnuBox& box, const city::City& city) {
   const double apart = (low - box.max).cwiseMax(box.min - high).maxCoeff();
   if (apart >= 0) {
     throw InputError(fmt::format("the box is outside the city '{}', {:.1f} km away", city.name, apart / 1e3),
-                     cure);
+                     hint);
   }
   const double beyond = (low - box.min).cwiseMax(box.max - high).maxCoeff();
   if (beyond > kFarFromCity_m) {
     throw InputError(fmt::format("the box extends {:.1f} km beyond the city '{}'", beyond / 1e3, city.name),
-                     cure);
+                     hint);
   }
 }
 

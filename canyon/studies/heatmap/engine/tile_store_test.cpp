@@ -89,7 +89,7 @@ TEST(TileStore, RefusesAnotherMapsFolder) {
   EXPECT_NE(std::string(other.what()).find(path.string()), std::string::npos);
   EXPECT_EQ(other.problem(),
             "the tiles here are of another map (Hong Kong at 15 m), not of this one (Hong Kong at 20 m)");
-  EXPECT_NE(other.cure().find("another output folder"), std::string::npos);
+  EXPECT_NE(other.hint().find("another output folder"), std::string::npos);
   EXPECT_TRUE(TileStore(path, "key 1", "").has(0));  // untouched
 
   write_bytes(path / "manifest.json", "{\"format\": \"canyon heat");
@@ -122,7 +122,7 @@ TEST(TileStore, NamesDamagedFiles) {
     const InputError error = error_of([&] { (void)store.load(3); });
     EXPECT_EQ(error.file(), file.string());
     EXPECT_NE(error.problem().find("damaged"), std::string::npos) << error.what();
-    EXPECT_NE(error.cure().find("delete this file"), std::string::npos);
+    EXPECT_NE(error.hint().find("delete this file"), std::string::npos);
     if (by_head) {
       EXPECT_THROW((void)store.has(3), InputError);
     } else {

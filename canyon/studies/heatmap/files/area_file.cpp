@@ -60,8 +60,8 @@ class Reader {
   }
 
  private:
-  [[noreturn]] void fail(const std::string& problem, const std::string& cure = {}) const {
-    throw InputError(path_, 0, problem, cure);
+  [[noreturn]] void fail(const std::string& problem, const std::string& hint = {}) const {
+    throw InputError(path_, 0, problem, hint);
   }
 
   const Json& member(const Json& object, const char* key) const {

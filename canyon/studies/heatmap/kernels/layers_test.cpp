@@ -48,7 +48,7 @@ TEST(Layers, AnotherNameIsAnErrorThatNamesTheClosest) {
     FAIL();
   } catch (const InputError& error) {
     EXPECT_EQ(error.problem(), "there is no layer 'horizontal_eror'");
-    EXPECT_EQ(error.cure(), "did you mean 'horizontal_error'?");
+    EXPECT_EQ(error.hint(), "did you mean 'horizontal_error'?");
   }
   EXPECT_THROW((void)layer_by_name("all"), InputError);
   EXPECT_THROW((void)layer_by_name(""), InputError);
