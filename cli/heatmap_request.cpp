@@ -115,7 +115,8 @@ void choose_area(const HeatmapArguments& arguments, const city::City& city, heat
       heatmap::Grid::covering(box.min.x(), box.min.y(), box.max.x(), box.max.y(), arguments.grid.spacing_m);
   std::uint32_t size = arguments.grid.tile_size;
   // Such cells are slow, tens a second, and Ctrl-C loses a tile.
-  if (size == 0 && std::any_of(request.layers.begin(), request.layers.end(), heatmap::of_rtk)) size = 16;
+  if (size == 0 && std::any_of(request.layers.begin(), request.layers.end(), heatmap::is_rtk_layer))
+    size = 16;
   if (size > 0) {
     if (size > 16 && size * arguments.grid.spacing_m > heatmap::kWidestTile_m) {
       throw InputError(
@@ -226,7 +227,7 @@ std::string command_of(const HeatmapArguments& arguments, const heatmap::Request
   if (has(Layer::ProtectedAvailability)) add("--alert-limit", fmt::format("{:g}", limits.alert_m));
   if (has(Layer::ProtectionLevel) || has(Layer::ProtectedAvailability) || has(Layer::MisleadingFraction))
     add("--protection-factor", fmt::format("{:g}", limits.protection_factor));
-  if (std::any_of(request.layers.begin(), request.layers.end(), heatmap::of_rtk))
+  if (std::any_of(request.layers.begin(), request.layers.end(), heatmap::is_rtk_layer))
     add("--rtk-time", std::to_string(limits.rtk_s));
   if (arguments.runs > 1) add("--runs", std::to_string(arguments.runs));
   if (arguments.unknowns) add("--unknowns", std::to_string(*arguments.unknowns));

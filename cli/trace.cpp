@@ -133,9 +133,9 @@ Json path_json(const Look& look, const propagation::SatelliteView& view, const p
   Json json = Json::object();
   if (look.signal.enabled) {
     row.amplitude = amplitude(path, view.line, view.line.state.carrier_frequency_hz, look.signal);
-    Json& of_signals = json["signal_loss_db"] = Json::object();
+    Json& signal_entries = json["signal_loss_db"] = Json::object();
     for (const SentSignal& s : sent)
-      of_signals[std::string(s.signal->name)] = loss_db(path, view.line, s.carrier_hz, look.signal);
+      signal_entries[std::string(s.signal->name)] = loss_db(path, view.line, s.carrier_hz, look.signal);
   }
   put_columns(json, output::TableKind::Paths, row, "kind", {});
   if (path.foliage_depth_m > 0) json["foliage_depth_m"] = path.foliage_depth_m;

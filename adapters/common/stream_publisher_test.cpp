@@ -47,24 +47,24 @@ TEST_F(StreamPublisher, SendsEachEpochAsNmea) {
 }
 
 TEST_F(StreamPublisher, SendsTheBasesEpochs) {
-  simulation::LiveReceiver::Step of_base = sample.step;
-  of_base.epoch.receiver = 1;
+  simulation::LiveReceiver::Step base_measurements = sample.step;
+  base_measurements.epoch.receiver = 1;
   sample.report.step = &sample.step;
-  sample.report.base = &of_base;
+  sample.report.base = &base_measurements;
   const canyon::test::TemporaryFolder folder;
   output::ReceiverDescription rover{"car"}, base{"base"};
-  base.station_ecef = of_base.epoch.truth_ecef;
+  base.station_ecef = base_measurements.epoch.truth_ecef;
   live::make_stream_publisher("stream", "base/rtcm=file:" + (folder / "base.rtcm").string(), {rover, base})
       ->publish(sample.report);
   live::make_stream_publisher("stream", "rtcm=file:" + (folder / "car.rtcm").string(), {rover, base})
       ->publish(sample.report);
-  const std::string of_both[] = {canyon::test::read_bytes(folder / "base.rtcm"),
-                                 canyon::test::read_bytes(folder / "car.rtcm")};
+  const std::string both_files[] = {canyon::test::read_bytes(folder / "base.rtcm"),
+                                    canyon::test::read_bytes(folder / "car.rtcm")};
   // Message 1005 (24 bits of frame, then 12 of its number) is sent only by a base, and first.
-  EXPECT_EQ(
-      static_cast<unsigned char>(of_both[0].at(3)) << 4 | static_cast<unsigned char>(of_both[0].at(4)) >> 4,
-      1005);
-  EXPECT_LT(of_both[1].size(), of_both[0].size());
+  EXPECT_EQ(static_cast<unsigned char>(both_files[0].at(3)) << 4 |
+                static_cast<unsigned char>(both_files[0].at(4)) >> 4,
+            1005);
+  EXPECT_LT(both_files[1].size(), both_files[0].size());
   try {
     (void)live::make_stream_publisher("stream", "bass/rtcm=file:" + (folder / "x").string(), {rover, base});
     FAIL();

@@ -77,16 +77,16 @@ TEST_F(GazeboPublisher, PublishesUnderModelAndSensor) {
   ReceiverIdentity bare = sample_identity();
   bare.sensor.clear();
   bare.model = "car";
-  const auto of_model = make_gazebo_publisher(node, bare);
+  const auto model_entry = make_gazebo_publisher(node, bare);
   Listener with_sensor(node, "/gazebo/city/iris/gps/gnss");
-  Listener of_car(node, "~/car/gnss");
+  Listener car_messages(node, "~/car/gnss");
 
   const auto heard = with_sensor.hear_from(*publisher, sample.report);
   ASSERT_TRUE(heard);
   msgs::GnssReceiver expected;
   fill_gnss_message(sample_identity(), sample.report, expected);
   EXPECT_EQ(heard->SerializeAsString(), expected.SerializeAsString());
-  const auto car = of_car.hear_from(*of_model, sample.report);
+  const auto car = car_messages.hear_from(*model_entry, sample.report);
   ASSERT_TRUE(car);
   EXPECT_EQ(car->model(), "car");
 }

@@ -109,7 +109,7 @@ std::vector<RosService> services_of(const RosTopics& names, live::FaultRequestHa
   const auto answerer = std::make_shared<const live::FaultRequestHandler>(std::move(faults));
   std::vector<RosService> services;
   for (const live::ControlService& service : live::kControlServices) {
-    if (!service.of_faults) continue;
+    if (!service.has_faults) continue;
     services.push_back({names.own + '/' + service.name, [answerer, kind = service.kind](const auto& text) {
                           live::ServiceReply reply = answerer->call(kind, text);
                           return std::pair(reply.success, std::move(reply.message));

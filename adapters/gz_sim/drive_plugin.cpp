@@ -41,8 +41,8 @@ class DriveSystem final : public gz::sim::System,
     const std::string name = "plugin 'canyon::DriveSystem' of model '" + model_.Name(ecm) + "'";
     try {
       // The plugin's own element has no file name, and the world's SDF is available after its models.
-      const auto* of_model = ecm.Component<components::ModelSdf>(entity);
-      const sdf::ElementPtr model = of_model == nullptr ? nullptr : of_model->Data().Element();
+      const auto* model_entry = ecm.Component<components::ModelSdf>(entity);
+      const sdf::ElementPtr model = model_entry == nullptr ? nullptr : model_entry->Data().Element();
       const std::filesystem::path file(model ? model->FilePath() : element->FilePath());
       settings_ = read_drive_settings(element->Clone(), name, file.parent_path(), gazebos_paths(),
                                       origin_of(ecm).value_or(live::HostOrigin{}).frame());

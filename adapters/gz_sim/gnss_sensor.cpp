@@ -40,12 +40,12 @@ std::optional<sdf::Sensor> sdf_of(Entity sensor, const Ecm& ecm) {
   if (custom != nullptr && custom->Data().Element()) return custom->Data();
   // A world played back from a log has the SDF of models only.
   const Entity link = parent_of(sensor, ecm), top = gz::sim::topLevelModel(sensor, ecm);
-  const auto* of_model = ecm.Component<components::ModelSdf>(top);
-  if (of_model == nullptr) return std::nullopt;
+  const auto* model_entry = ecm.Component<components::ModelSdf>(top);
+  if (model_entry == nullptr) return std::nullopt;
   std::vector<std::string> nested;
   for (Entity at = parent_of(link, ecm); at != top && at != gz::sim::kNullEntity; at = parent_of(at, ecm))
     nested.push_back(name_of(at, ecm));
-  const sdf::Model* model = &of_model->Data();
+  const sdf::Model* model = &model_entry->Data();
   for (auto name = nested.rbegin(); name != nested.rend() && model != nullptr; ++name)
     model = model->ModelByName(*name);
   const sdf::Link* in_model = model == nullptr ? nullptr : model->LinkByName(name_of(link, ecm));

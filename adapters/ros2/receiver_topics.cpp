@@ -147,7 +147,7 @@ FaultServices::FaultServices(rclcpp::node_interfaces::NodeBaseInterface::SharedP
                              live::FaultRequestHandler faults) {
   const auto answerer = std::make_shared<const live::FaultRequestHandler>(std::move(faults));
   for (const live::ControlService& service : live::kControlServices) {
-    if (!service.of_faults) continue;
+    if (!service.has_faults) continue;
     services_.push_back(rclcpp::create_service<canyon_msgs::srv::FaultCommand>(
         base, services, std::string("~/") + service.name,
         // NOLINTNEXTLINE(performance-unnecessary-value-param): the argument types by which rclcpp recognises

@@ -116,11 +116,11 @@ TEST_F(Topic, SaysThatAnotherStationBegan) {
     const std::string epoch = other.bytes(i * kSecond);
     for (const std::string_view frame : split_frames(epoch)) {
       // The same from station 7: bits 12 to 23 of a message.
-      broadcast::Bits message, of_other;
+      broadcast::Bits message, other_bits;
       for (const char c : frame.substr(3, frame.size() - 6)) message.put(static_cast<unsigned char>(c), 8);
-      of_other.put(message.number(0, 12), 12).put(7, 12);
-      for (std::size_t bit = 24; bit < message.size(); ++bit) of_other.put(message.number(bit, 1), 1);
-      topic_.receive(rtcm::frame(of_other), at(i));
+      other_bits.put(message.number(0, 12), 12).put(7, 12);
+      for (std::size_t bit = 24; bit < message.size(); ++bit) other_bits.put(message.number(bit, 1), 1);
+      topic_.receive(rtcm::frame(other_bits), at(i));
     }
   }
   EXPECT_THAT(topic_.take_warnings(), ElementsAre(HasSubstr("station 7 follows station 0, 0 m apart")));

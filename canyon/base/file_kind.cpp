@@ -234,8 +234,8 @@ FileKind kind_of_trajectory(std::string_view format) {
   return row == nullptr ? FileKind::Columns : row->kind;
 }
 
-std::optional<InputError> of_other_kind(std::string_view head, const std::filesystem::path& path,
-                                        std::string_view wanted) {
+std::optional<InputError> wrong_kind_error(std::string_view head, const std::filesystem::path& path,
+                                           std::string_view wanted) {
   const Row* row = row_of_head(head);
   if (row == nullptr || row->kind == FileKind::Columns || row->name == wanted) return std::nullopt;
   return InputError(path, 0, "is " + std::string(row->name) + ", not " + std::string(wanted), row->use);
@@ -243,7 +243,7 @@ std::optional<InputError> of_other_kind(std::string_view head, const std::filesy
 
 InputError explained(const InputError& fault, const std::filesystem::path& path, std::string_view wanted) {
   try {
-    return of_other_kind(head_of(path), path, wanted).value_or(fault);
+    return wrong_kind_error(head_of(path), path, wanted).value_or(fault);
   } catch (const InputError& unread) {
     std::error_code ignored;
     return std::filesystem::exists(path, ignored) ? fault : unread;
@@ -259,7 +259,7 @@ InputError explained(const InputError& fault, const std::filesystem::path& path,
   }
   if (head.empty()) return {path, 0, "is empty", "fetch the file again"};
   if (wanted != FileKind::Columns && row_of(wanted)->is(head)) return fault;
-  return of_other_kind(head, path, name(wanted)).value_or(fault);
+  return wrong_kind_error(head, path, name(wanted)).value_or(fault);
 }
 
 }  // namespace canyon

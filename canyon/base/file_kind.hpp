@@ -48,9 +48,9 @@ enum class FileKind : std::uint8_t {
 [[nodiscard]] InputError explained(const InputError& fault, const std::filesystem::path& path,
                                    std::string_view wanted);
 /// The same for the first bytes of a file; empty if their kind is unknown or is columns.
-[[nodiscard]] std::optional<InputError> of_other_kind(std::string_view head,
-                                                      const std::filesystem::path& path,
-                                                      std::string_view wanted);
+[[nodiscard]] std::optional<InputError> wrong_kind_error(std::string_view head,
+                                                         const std::filesystem::path& path,
+                                                         std::string_view wanted);
 
 /// Calls `read`, which reads a file of kind `wanted`; its InputError is explained().
 template <typename Read>

@@ -13,8 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-thread_local InputFiles* of_thread = nullptr;
-InputFiles of_process;
+thread_local InputFiles* thread_files = nullptr;
+InputFiles process_files;
 std::atomic<bool> is_one_run{false};
 
 fs::path without_links(const fs::path& path) {
@@ -43,7 +43,7 @@ InputError refused(const fs::path& path) {
 }  // namespace
 
 InputFiles& InputFiles::current() {
-  return of_thread != nullptr ? *of_thread : of_process;
+  return thread_files != nullptr ? *thread_files : process_files;
 }
 
 void InputFiles::begin_run() {
@@ -51,7 +51,7 @@ void InputFiles::begin_run() {
 }
 
 void InputFiles::add(const fs::path& path) {
-  if (this == &of_process && !is_one_run) return;
+  if (this == &process_files && !is_one_run) return;
   const fs::path whole = without_links(path);
   const std::lock_guard<std::mutex> lock(mutex_);
   if (meet(outputs_, whole)) throw refused(path);
@@ -85,12 +85,12 @@ void InputFiles::remove_output(const fs::path& noted) {
   if (const auto at = outputs_.find(noted); at != outputs_.end()) outputs_.erase(at);
 }
 
-InputFiles::Scope::Scope(InputFiles& files) : before_(of_thread) {
-  of_thread = &files;
+InputFiles::Scope::Scope(InputFiles& files) : before_(thread_files) {
+  thread_files = &files;
 }
 
 InputFiles::Scope::~Scope() {
-  of_thread = before_;
+  thread_files = before_;
 }
 
 namespace fs = std::filesystem;

@@ -58,8 +58,8 @@ void remove_left(const fs::path& folder, bool with_folders) {
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
     if (!is_temporary_name(entry.path().filename().string())) {
-      std::error_code of_entry;
-      if (with_folders && !entry.is_symlink(of_entry) && entry.is_directory(of_entry))
+      std::error_code entry_error;
+      if (with_folders && !entry.is_symlink(entry_error) && entry.is_directory(entry_error))
         remove_left(entry.path(), false);
       continue;
     }

@@ -130,8 +130,8 @@ TEST(RandomStream, SuccessiveNormalsAreUncorrelated) {
 // McKay, Beckman and Conover's definition: each stratum of each axis has exactly one of n points.
 TEST(SampleDesign, LatinHypercubeHasOnePointInEachStratum) {
   constexpr std::size_t kN = 101;
-  const RandomStream of_a(3, "a"), of_b(3, "b");
-  const std::vector<double> a = draw_sample(of_a, kN, true), b = draw_sample(of_b, kN, true);
+  const RandomStream from_a(3, "a"), from_b(3, "b");
+  const std::vector<double> a = draw_sample(from_a, kN, true), b = draw_sample(from_b, kN, true);
   for (const auto* axis : {&a, &b}) {
     std::set<std::size_t> strata;
     for (const double u : *axis) strata.insert(static_cast<std::size_t>(u * kN));
@@ -139,10 +139,10 @@ TEST(SampleDesign, LatinHypercubeHasOnePointInEachStratum) {
     EXPECT_EQ(*strata.rbegin(), kN - 1);
   }
   EXPECT_NE(a, b);
-  EXPECT_EQ(a, draw_sample(of_a, kN, true));
+  EXPECT_EQ(a, draw_sample(from_a, kN, true));
   // With independent samples, all strata of 101 are hit with probability 101!/101^101 = 1e-43.
   std::set<std::size_t> strata;
-  for (const double u : draw_sample(of_a, kN, false)) strata.insert(static_cast<std::size_t>(u * kN));
+  for (const double u : draw_sample(from_a, kN, false)) strata.insert(static_cast<std::size_t>(u * kN));
   EXPECT_LT(strata.size(), kN);
 }
 

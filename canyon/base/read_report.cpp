@@ -156,9 +156,9 @@ std::vector<std::string> ReadReport::shown(std::string_view where) const {
   if (lines.size() <= kShown) return lines;
   const std::size_t losses = this->lines(Level::Loss).size(), guesses = lines.size() - losses;
   const std::size_t more = lines.size() - kShown;
-  const std::size_t of_guesses =
+  const std::size_t guess_lines =
       std::max(std::min<std::size_t>(2, guesses), kShown - std::min(kShown, losses));
-  std::rotate(lines.begin() + static_cast<std::ptrdiff_t>(kShown - of_guesses),
+  std::rotate(lines.begin() + static_cast<std::ptrdiff_t>(kShown - guess_lines),
               lines.begin() + static_cast<std::ptrdiff_t>(losses), lines.end());
   lines.resize(kShown);
   lines.push_back(fmt::format("{} more {}: {}", more, more == 1 ? "warning" : "warnings", where));

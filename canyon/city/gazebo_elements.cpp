@@ -241,7 +241,7 @@ Affine3d Frames::named(const Scope& scope, std::string_view name, const Element&
       if (known.size() < 100) known += fmt::format("{}'{}'", known.empty() ? "" : ", ", own);
       continue;
     }
-    Affine3d pose = of_child(scope, *e);
+    Affine3d pose = child_pose(scope, *e);
     if (colons == std::string_view::npos) return pose;
     const std::string_view kind = e->Name();
     const Scope inner = kind == "include" ? open_(*scope.source, *e) : Scope{scope.source, e};
@@ -276,7 +276,7 @@ Affine3d Frames::resolved(const Scope& scope, const Element& child) {
   return containment.empty() ? pose : pose * named(model, containment, *model.element, 0).inverse();
 }
 
-Affine3d Frames::of_child(const Scope& scope, const Element& child) {
+Affine3d Frames::child_pose(const Scope& scope, const Element& child) {
   const auto begin = std::find(open_frames_.begin(), open_frames_.end(), &child);
   if (begin != open_frames_.end()) {
     std::string circle;
@@ -299,9 +299,9 @@ Affine3d Frames::of_child(const Scope& scope, const Element& child) {
   return pose;
 }
 
-Affine3d Frames::of_shape(const Scope& model, const Element& link, const Element& shape) {
+Affine3d Frames::shape_pose(const Scope& model, const Element& link, const Element& shape) {
   const std::string relative = relative_to(shape);
-  const Affine3d base = relative.empty() ? of_child(model, link) : named(model, relative, shape, 0);
+  const Affine3d base = relative.empty() ? child_pose(model, link) : named(model, relative, shape, 0);
   return base * numbers_of(*model.source, shape);
 }
 

@@ -62,9 +62,9 @@ class Frames {
   /// The pose of a link, model, include, frame or joint of a scope, in the scope's own frame. Throws
   /// InputError for an unknown name, for frames that are relative to each other in a cycle, and for numbers
   /// that are not a pose.
-  [[nodiscard]] Eigen::Affine3d of_child(const Scope& scope, const Element& child);
+  [[nodiscard]] Eigen::Affine3d child_pose(const Scope& scope, const Element& child);
   /// The same for a collision or visual of a link of a model.
-  [[nodiscard]] Eigen::Affine3d of_shape(const Scope& model, const Element& link, const Element& shape);
+  [[nodiscard]] Eigen::Affine3d shape_pose(const Scope& model, const Element& link, const Element& shape);
   /// The numbers of an element's <pose>, ignoring relative_to; the identity without a pose.
   [[nodiscard]] static Eigen::Affine3d numbers_of(const SdfFile& source, const Element& element);
 

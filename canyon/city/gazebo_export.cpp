@@ -49,9 +49,9 @@ void split_by_location(const Mesh& mesh, std::vector<Object> objects, std::size_
   std::vector<std::pair<Eigen::Vector3d, Object>> posed;
   Box box;
   for (Object& object : objects) {
-    Box of_object;
-    extend(of_object, mesh, object);
-    const Eigen::Vector3d middle = middle_of(of_object);
+    Box object_value;
+    extend(object_value, mesh, object);
+    const Eigen::Vector3d middle = middle_of(object_value);
     extend(box, middle);
     posed.emplace_back(middle, std::move(object));
   }

@@ -252,9 +252,10 @@ class GazeboImport {
         }
         const std::string name = attribute(*e, "name");
         if (is_deleted(name, depth)) continue;
-        read_model(source, *e,
-                   world_from_parent * posed_transform(name, frames_.of_child({&source, &parent}, *e), depth),
-                   scope, name, depth);
+        read_model(
+            source, *e,
+            world_from_parent * posed_transform(name, frames_.child_pose({&source, &parent}, *e), depth),
+            scope, name, depth);
       } else if (kind == "include") {
         read_include({&source, &parent}, *e, world_from_parent, scope, depth, only_static);
       } else if (kind == "actor" || kind == "population" || kind == "road") {
@@ -276,7 +277,7 @@ class GazeboImport {
       for (const Element* e = link->FirstChildElement(kind); e != nullptr; e = e->NextSiblingElement(kind)) {
         const Element* geometry = e->FirstChildElement("geometry");
         if (geometry == nullptr) throw source.error(*e, fmt::format("<{}> without <geometry>", kind));
-        read_geometry(source, *geometry, world_from_model * frames_.of_shape({&source, &model}, *link, *e),
+        read_geometry(source, *geometry, world_from_model * frames_.shape_pose({&source, &model}, *link, *e),
                       fmt::format("{}::{}::{}", inner, attribute(*link, "name"), attribute(*e, "name")));
       }
     }
@@ -302,7 +303,7 @@ class GazeboImport {
                          "look for a model that includes itself");
     }
     read_model(*included.source, *included.element,
-               world_from_parent * posed_transform(name, frames_.of_child(parent, include), depth), scope,
+               world_from_parent * posed_transform(name, frames_.child_pose(parent, include), depth), scope,
                name, depth + 1);
   }
 
@@ -444,12 +445,12 @@ class GazeboImport {
     if (world_from_mesh.linear().determinant() < 0)
       for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
     for (const Object& object : mesh.objects) {
-      const auto of_object = [&object](const auto& all) {
+      const auto object_value = [&object](const auto& all) {
         const auto first = all.begin() + object.first_triangle;
         return std::vector(first, first + object.triangle_count);
       };
-      degenerate_ += append_object(city_.mesh, object.name, object.surface, of_object(mesh.materials),
-                                   mesh.vertices, of_object(mesh.triangles));
+      degenerate_ += append_object(city_.mesh, object.name, object.surface, object_value(mesh.materials),
+                                   mesh.vertices, object_value(mesh.triangles));
     }
   }
 

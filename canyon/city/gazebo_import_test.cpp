@@ -354,7 +354,7 @@ TEST_F(GazeboImport, FilesOutsideTheWorldsFolderAreNotRead) {
   const auto mesh = [](const std::string& uri) {
     return model("x", "0 0 0 0 0 0", "<mesh><uri>" + uri + "</uri></mesh>");
   };
-  const auto of_world = [&](const std::string& body) {
+  const auto world_entry = [&](const std::string& body) {
     return read_gazebo_world(
         write("w/w.world", "<sdf version='1.6'><world name='w'>" + body + "</world></sdf>"));
   };
@@ -362,18 +362,19 @@ TEST_F(GazeboImport, FilesOutsideTheWorldsFolderAreNotRead) {
   for (const std::string& uri :
        {std::string("../out.obj"), outside, "file://" + outside, std::string("link.obj"),
         std::string("file://../out.obj"), std::string("model://../../out.obj")}) {
-    EXPECT_THAT(test::refusal([&] { (void)of_world(mesh(uri)); }), HasSubstr("is outside the folder")) << uri;
-    EXPECT_THAT(of_world(mesh("in.obj") + mesh(uri)).notes.lines(ReadReport::Level::Loss),
+    EXPECT_THAT(test::refusal([&] { (void)world_entry(mesh(uri)); }), HasSubstr("is outside the folder"))
+        << uri;
+    EXPECT_THAT(world_entry(mesh("in.obj") + mesh(uri)).notes.lines(ReadReport::Level::Loss),
                 Contains(HasSubstr("is outside the folder")))
         << uri;
   }
   // A model may name files in the folder of its world, and model:// covers the parent folder as before.
   write("w/models/m/model.sdf", "<sdf version='1.6'>" + mesh("../other.obj") + "</sdf>");
-  EXPECT_EQ(of_world("<include><uri>model://m</uri></include>").mesh.triangles.size(), 1U);
-  EXPECT_EQ(of_world(mesh("model://out.obj")).mesh.triangles.size(), 1U);
+  EXPECT_EQ(world_entry("<include><uri>model://m</uri></include>").mesh.triangles.size(), 1U);
+  EXPECT_EQ(world_entry(mesh("model://out.obj")).mesh.triangles.size(), 1U);
   write("w/models/m/model.config", "<model><sdf version='1.6'>../../../out.sdf</sdf></model>");
   write("out.sdf", "<sdf version='1.6'>" + mesh("in.obj") + "</sdf>");
-  EXPECT_THAT(test::refusal([&] { (void)of_world("<include><uri>model://m</uri></include>"); }),
+  EXPECT_THAT(test::refusal([&] { (void)world_entry("<include><uri>model://m</uri></include>"); }),
               HasSubstr("is outside the folder"));
 }
 

@@ -41,8 +41,8 @@ std::span<const tracking::ReceivedWave> ChannelBank::receive(
 std::vector<BandState> ChannelBank::bands(std::span<const tracking::ReceivedWave> waves) {
   std::map<double, BandState> by_carrier;
   if (!signals_) return {};
-  for (const auto& of_system : tracks_) {
-    for (const gnss::Signal* signal : of_system) {
+  for (const auto& system_entry : tracks_) {
+    for (const gnss::Signal* signal : system_entry) {
       const auto load = signals_->front_end_load(*signal, waves);
       BandState& band =
           by_carrier.try_emplace(signal->carrier_hz, BandState{signal->carrier_hz}).first->second;
@@ -58,12 +58,12 @@ std::vector<BandState> ChannelBank::bands(std::span<const tracking::ReceivedWave
 
 tracking::Channel& ChannelBank::channel_of(const tracking::AntennaMotion& motion, gnss::SatelliteId id,
                                            const gnss::Signal& signal) {
-  std::vector<tracking::Channel>& of_satellite = channels_[id];
-  const auto found = std::find_if(of_satellite.begin(), of_satellite.end(),
+  std::vector<tracking::Channel>& satellite_value = channels_[id];
+  const auto found = std::find_if(satellite_value.begin(), satellite_value.end(),
                                   [&](const tracking::Channel& c) { return &c.signal() == &signal; });
-  if (found != of_satellite.end()) return *found;
-  of_satellite.reserve(tracks_[static_cast<std::size_t>(signal.system)].size());  // keeps pointers valid
-  tracking::Channel& channel = of_satellite.emplace_back(*signals_, id, signal, motion);
+  if (found != satellite_value.end()) return *found;
+  satellite_value.reserve(tracks_[static_cast<std::size_t>(signal.system)].size());  // keeps pointers valid
+  tracking::Channel& channel = satellite_value.emplace_back(*signals_, id, signal, motion);
   if (known_) channel.search_for(known_->search_s(id));
   return channel;
 }
@@ -146,10 +146,10 @@ Followed ChannelBank::follow(const tracking::AntennaMotion& motion, const propag
 
 void ChannelBank::miss_all_but(const std::vector<SatelliteObservation>& satellites, geodesy::GpsTime now) {
   auto seen = satellites.begin();
-  for (auto& [id, of_satellite] : channels_) {
+  for (auto& [id, satellite_value] : channels_) {
     while (seen != satellites.end() && seen->id < id) ++seen;
     if (seen != satellites.end() && seen->id == id) continue;
-    for (tracking::Channel& channel : of_satellite) channel.miss(now);
+    for (tracking::Channel& channel : satellite_value) channel.miss(now);
   }
 }
 

@@ -41,10 +41,10 @@ Kept after_two_hours(const std::function<ReceiverEvents(double)>& events_at) {
   return kept;
 }
 
-ReceiverEvents edit_of(double of_s, bool first = false) {
+ReceiverEvents edit_of(double edit_s, bool first = false) {
   ReceiverEvents events;
   events.fix_edits.emplace_back();
-  events.fix_edits[0].of = at(of_s);
+  events.fix_edits[0].of = at(edit_s);
   events.fix_edits[0].first = first;
   return events;
 }

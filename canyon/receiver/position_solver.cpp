@@ -69,9 +69,9 @@ positioning::Fix PositionSolver::solve_alone(geodesy::GpsTime receiver_time,
 }
 
 const positioning::Fix& PositionSolver::without_signal() {
-  of_epoch_ = {};
-  of_epoch_.status = positioning::FixStatus::NoSignal;
-  return of_epoch_;
+  epoch_fix_ = {};
+  epoch_fix_.status = positioning::FixStatus::NoSignal;
+  return epoch_fix_;
 }
 
 positioning::Fix PositionSolver::solve(geodesy::GpsTime receiver_time, const Solvable& measured,
@@ -87,16 +87,16 @@ positioning::Fix PositionSolver::solve(geodesy::GpsTime receiver_time, const Sol
     fix = solve_alone(receiver_time, measured.codes, sky, klobuchar);
   }
   if (fix.solved()) last_ecef_ = fix.position_ecef;
-  of_epoch_ = fix;
+  epoch_fix_ = fix;
   if (filter_) fix = filter_->update(receiver_time, ranged_, fix, klobuchar);
   if (!rtk_) return fix;
   // The carrier-phase filter starts from the best position; the epoch's own velocity is new to it.
   positioning::Fix begin = fix;
-  begin.velocity_enu_mps = of_epoch_.velocity_enu_mps;
-  begin.velocity_covariance_enu = of_epoch_.velocity_covariance_enu;
-  begin.used = of_epoch_.used;
-  begin.excluded = of_epoch_.excluded;
-  auto relative = rtk_->update(receiver_time, measured.of_signals, sky, begin);
+  begin.velocity_enu_mps = epoch_fix_.velocity_enu_mps;
+  begin.velocity_covariance_enu = epoch_fix_.velocity_covariance_enu;
+  begin.used = epoch_fix_.used;
+  begin.excluded = epoch_fix_.excluded;
+  auto relative = rtk_->update(receiver_time, measured.signal_entries, sky, begin);
   if (!relative) return fix;
   // With echoes a float position may be worse than that of codes. Hysteresis: a factor of two in the
   // deviation prevents switching back and forth.

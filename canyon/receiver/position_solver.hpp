@@ -16,7 +16,7 @@ namespace canyon::receiver {
 /// An epoch's measurements, as input of solvers.
 struct Solvable {
   std::vector<positioning::Measurement> codes, corrected;
-  std::vector<relative::SignalMeasurement> of_signals;  ///< for the carrier-phase filter alone
+  std::vector<relative::SignalMeasurement> signal_entries;  ///< for the carrier-phase filter alone
 };
 
 /// A receiver's position from the measurements of its epochs: single-epoch fix, position filter, and
@@ -32,7 +32,7 @@ class PositionSolver {
   void take(const EpochContext& context, const orbit::Sky& sky);
   /// Usable corrections of pseudoranges at a time; null: none.
   [[nodiscard]] const CodeCorrections* corrections(geodesy::GpsTime receiver_time) const;
-  /// Whether Solvable::of_signals is needed.
+  /// Whether Solvable::signal_entries is needed.
   [[nodiscard]] bool uses_phases() const { return rtk_.has_value(); }
   /// The position of an epoch: of its corrected measurements if they have a solution, else of all.
   [[nodiscard]] positioning::Fix solve(geodesy::GpsTime receiver_time, const Solvable& measured,
@@ -41,7 +41,7 @@ class PositionSolver {
   /// The solution of an epoch without any signal.
   [[nodiscard]] const positioning::Fix& without_signal();
   /// The latest epoch's solution by its measurements alone.
-  [[nodiscard]] const positioning::Fix& of_epoch() const { return of_epoch_; }
+  [[nodiscard]] const positioning::Fix& epoch_fix() const { return epoch_fix_; }
 
  private:
   [[nodiscard]] positioning::Fix solve_alone(geodesy::GpsTime receiver_time,
@@ -52,7 +52,7 @@ class PositionSolver {
   const ReceiverOptions& options_;
   const OwnModels& models_;
   positioning::FixOptions fix_;
-  positioning::Fix of_epoch_;
+  positioning::Fix epoch_fix_;
   std::vector<positioning::RangedSatellite> ranged_;     ///< of the latest solve_alone()
   Eigen::Vector3d last_ecef_ = Eigen::Vector3d::Zero();  ///< of the last single-epoch fix, start of the next
   CodeCorrections corrections_;

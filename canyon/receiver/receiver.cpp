@@ -163,7 +163,7 @@ struct Receiver::State {
       if (!has_ephemeris) continue;
       if (solver.uses_phases()) {
         satellite.for_each_signal([&](const SignalObservation& signal) {
-          if (signal.measurement) result.of_signals.push_back({signal.signal, *signal.measurement});
+          if (signal.measurement) result.signal_entries.push_back({signal.signal, *signal.measurement});
         });
       }
       if (!ranged) continue;
@@ -191,7 +191,7 @@ struct Receiver::State {
       epoch.fix = solver.solve(epoch.receiver_time, measured, sky, context.klobuchar);
     else
       epoch.fix = solver.without_signal();
-    epoch.single_epoch = solver.of_epoch();
+    epoch.single_epoch = solver.epoch_fix();
     if (check) epoch.spoofing = check->update(epoch);
     fuse(context, epoch);
     if (!positioning::is_sound(epoch.fix)) refuse(epoch.fix);

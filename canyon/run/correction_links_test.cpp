@@ -34,8 +34,8 @@ class Collector final : public EpochSink {
 };
 
 // A rover in an open field and a base 1 km away, with an ionosphere and a troposphere that no fix corrects
-// and faulty messages: 60 m of orbit, 30 m of clock. `keys` of all receivers, `of_rover` only of the rover.
-std::string open_field(const std::string& keys, const std::string& of_rover) {
+// and faulty messages: 60 m of orbit, 30 m of clock. `keys` of all receivers, `rover_keys` only of the rover.
+std::string open_field(const std::string& keys, const std::string& rover_keys) {
   return R"(
 city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17, height_m: 0}}
 sky: {nominal: true, systems: [GPS, Galileo]}
@@ -45,7 +45,7 @@ trajectory: {position: {east_m: 0, north_m: 0, up_m: 1.5}}
 duration_s: 60
 receivers:
   - {name: rover, profile: ideal, elevation_mask_deg: 10, ionosphere: true, troposphere: true, own_draws: true, )" +
-         keys + of_rover + R"(}
+         keys + rover_keys + R"(}
   - {name: base, profile: ideal, elevation_mask_deg: 10, ionosphere: true, troposphere: true, own_draws: true,
      fixed: {east_m: 600, north_m: 800, up_m: 40}, )" +
          keys + R"(}

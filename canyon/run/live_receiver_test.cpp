@@ -115,9 +115,9 @@ TEST(LiveReceiver, EpochsSayWhereMeanSeaLevelIs) {
   RigidPose antenna;
   antenna.position_m = {0, 0, 200};
   LiveConfig config = live_config();
-  const Epoch of_city = LiveReceiver(config, scene, *config.start).observe(0, antenna).epoch;
-  EXPECT_EQ(of_city.geoid_undulation_m, -2.375);
-  EXPECT_EQ(of_city.altitude_m(), of_city.observed.fix.position.height_m + 2.375);
+  const Epoch city_epoch = LiveReceiver(config, scene, *config.start).observe(0, antenna).epoch;
+  EXPECT_EQ(city_epoch.geoid_undulation_m, -2.375);
+  EXPECT_EQ(city_epoch.altitude_m(), city_epoch.observed.fix.position.height_m + 2.375);
   config.city.sea_level.geoid_undulation_m = 39.6;
   EXPECT_EQ(LiveReceiver(config, scene, *config.start).observe(0, antenna).epoch.geoid_undulation_m, 39.6);
   const Simulation simulation(

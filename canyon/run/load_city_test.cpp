@@ -262,9 +262,9 @@ TEST(LoadCity, FacadesKeepTheTagsOfAMap) {
   CityConfig config = city_config(file);
   config.facades.mix = city::FacadeMix::UrbanStock;
   const city::City alone = canyon::test::loaded_city(config, 5);
-  const city::City of_scenario = load(", facades: {mix: urban_stock}");
-  EXPECT_EQ(alone.mesh.materials, of_scenario.mesh.materials);
-  EXPECT_EQ(alone.notes.entries(), of_scenario.notes.entries());
+  const city::City scenario_city = load(", facades: {mix: urban_stock}");
+  EXPECT_EQ(alone.mesh.materials, scenario_city.mesh.materials);
+  EXPECT_EQ(alone.notes.entries(), scenario_city.notes.entries());
   EXPECT_NE(alone.mesh.materials, canyon::test::loaded_city(config, 6).mesh.materials);
 }
 

@@ -98,7 +98,7 @@ buildings::BuiltCity read_map(const MapCity& config, const CityConfig& city,
     map.notes.add_line(ReadReport::Level::Remark,
                        map.source + ": its relief is left out, since city.terrain has height rasters");
   } else if (!map.relief.empty()) {
-    terrain.emplace(buildings::Terrain::of_relief(map.relief));
+    terrain.emplace(buildings::Terrain::from_relief(map.relief));
     const auto beyond = std::count_if(map.features.begin(), map.features.end(), [&](const auto& feature) {
       return !terrain->height_m(feature.bounds().center());
     });

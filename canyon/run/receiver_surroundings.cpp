@@ -78,7 +78,7 @@ receiver::ReceiverOptions with_surroundings(const ReceiverConfig& receiver, cons
   receiver::ReceiverOptions options = receiver.options;
   disturbance::ShadowingOptions& shadowing = options.signal.shadowing;
   if (!shadowing.enabled || shadowing.environment != disturbance::ShadowingEnvironment::Auto) return options;
-  shadowing.environment = disturbance::of_surroundings(closed_sky_of(scene, city));
+  shadowing.environment = disturbance::environment_for(closed_sky_of(scene, city));
   if (shadowing.skyline.fraction || !seed) return options;
   const auto [low, high] = disturbance::obstacle_fractions(shadowing.environment);
   shadowing.skyline.fraction = low + (high - low) * RandomStream(*seed, "surroundings").uniform();

@@ -42,7 +42,7 @@ constexpr double kShell_m = 6371e3 + 350e3;
 constexpr double kTravelling_m = 0.05, kTravellingTime_s = 600, kTravellingLength_m = 4e4;
 
 /// Value of the groups of the satellite's first signal.
-double of_satellite(const gnss::GroupValues& values, gnss::SatelliteId id) {
+double satellite_value(const gnss::GroupValues& values, gnss::SatelliteId id) {
   return gnss::sum_of(values, id, gnss::signals_of(id.system).front(), GpsTime());
 }
 
@@ -93,10 +93,10 @@ double klobuchar_delay_m(const gnss::Klobuchar& model, geodesy::GpsTime t, const
   return delay_on_m(obliquity * delay_s, gnss::kL1_hz, frequency_hz);
 }
 
-double klobuchar_delay_m(const SystemKlobuchar& of_system, geodesy::GpsTime t,
+double klobuchar_delay_m(const SystemKlobuchar& system_entry, geodesy::GpsTime t,
                          const geodesy::Geodetic& receiver, double azimuth_rad, double elevation_rad,
                          double frequency_hz) {
-  const auto& [system, model] = of_system;
+  const auto& [system, model] = system_entry;
   if (system != gnss::System::BeiDou)
     return klobuchar_delay_m(model, t, receiver, azimuth_rad, elevation_rad, frequency_hz);
   if (elevation_rad <= 0) return 0;
@@ -206,12 +206,12 @@ SpaceErrors::SpaceErrors(const SpaceErrorOptions& options, std::uint64_t seed,
       return RandomWaves(RandomStream(seed, "space/" + gnss::to_string(id) + what),
                          options.orbit_clock_time_s, kEverywhere);
     };
-    satellites_.emplace(id, OfSatellite{of_satellite(options.orbit_clock_m, id), waves("/range"),
+    satellites_.emplace(id, OfSatellite{satellite_value(options.orbit_clock_m, id), waves("/range"),
                                         waves("/along"), waves("/cross")});
   }
   if (klobuchar.empty()) return;
-  const auto of_gps = klobuchar.find(gnss::System::GPS);
-  klobuchar_.insert(of_gps != klobuchar.end() ? *of_gps : *klobuchar.begin());
+  const auto gps_entry = klobuchar.find(gnss::System::GPS);
+  klobuchar_.insert(gps_entry != klobuchar.end() ? *gps_entry : *klobuchar.begin());
 }
 
 SpaceErrors SpaceErrors::sampled_by(std::uint64_t seed, std::span<const gnss::SatelliteId> satellites) const {

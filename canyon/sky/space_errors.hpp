@@ -29,7 +29,7 @@ namespace canyon::errors {
 using SystemKlobuchar = std::map<gnss::System, gnss::Klobuchar>::value_type;
 /// The same by the formula of the coefficients' system: BeiDou uses geographic latitudes, a shell at 375 km
 /// and its own limits, and is scaled from B1I (BDS-SIS-ICD-B1I-3.0, 5.2.4.7).
-[[nodiscard]] double klobuchar_delay_m(const SystemKlobuchar& of_system, geodesy::GpsTime t,
+[[nodiscard]] double klobuchar_delay_m(const SystemKlobuchar& system_entry, geodesy::GpsTime t,
                                        const geodesy::Geodetic& receiver, double azimuth_rad,
                                        double elevation_rad, double frequency_hz);
 

@@ -38,12 +38,12 @@ class Map {
     if (altitudes_m.empty()) altitudes_m = {heatmap::usual_altitude_m(scenario_, request_.altitude_kind)};
     std::sort(altitudes_m.begin(), altitudes_m.end());
     request_.altitudes_m = std::move(altitudes_m);
-    ReadReport of_path;
+    ReadReport path_report;
     const bool text = times.is_none() || py::isinstance<py::str>(times);
     request_.times = text ? heatmap::parse_times(times.is_none() ? "" : times.cast<std::string>(),
-                                                 simulation::first_instant(scenario_, of_path))
+                                                 simulation::first_instant(scenario_, path_report))
                           : times_of(times);
-    warn_of(of_path);
+    warn_of(path_report);
     request_.layers = heatmap::layers_named({layers.begin(), layers.end()});
     request_.samples = {sample_count, scenario_.seed};
     request_.receivers = read_tree<heatmap::CellReceiverOptions>(

@@ -166,10 +166,10 @@ py::dict calibrate(const std::vector<Recorded*>& recordings, double from, double
   py::dict city;
   if (const auto fraction = calibration::fitted_glass(result))
     city["facades"] = py::dict("shares"_a = calibration::facade_fractions(*fraction));
-  std::vector<calibration::Estimate> of_city;
-  if (result.coated_glass) of_city.push_back(*result.coated_glass);
+  std::vector<calibration::Estimate> city_epoch;
+  if (result.coated_glass) city_epoch.push_back(*result.coated_glass);
   return py::dict("estimates"_a = from_json(calibration::to_json(result.estimates)),
-                  "city_estimates"_a = from_json(calibration::to_json(of_city)), "city"_a = city,
+                  "city_estimates"_a = from_json(calibration::to_json(city_epoch)), "city"_a = city,
                   "values"_a = result.values, "notes"_a = result.notes,
                   "profile"_a = calibration::profile_text(receiver, result.estimates, head));
 }

@@ -165,8 +165,8 @@ py::dict correlation(const SimulationPtr& simulation, const std::string& satelli
 /// The arrays of one of the scenario's sensors over the run.
 py::dict sensor_arrays(const SimulationPtr& simulation, const std::string& sensor) {
   output::SensorArrays samples(simulation->scenario().sensors, simulation->begin());
-  const auto of_sensor = [&](const output::SensorArray& array) { return array.sensor == sensor; };
-  if (std::none_of(samples.arrays().begin(), samples.arrays().end(), of_sensor)) {
+  const auto is_sensor_array = [&](const output::SensorArray& array) { return array.sensor == sensor; };
+  if (std::none_of(samples.arrays().begin(), samples.arrays().end(), is_sensor_array)) {
     throw InputError(fmt::format("the scenario has no sensors.{}", sensor),
                      fmt::format("add sensors: {{{}: {{}}}}", sensor));
   }
@@ -180,7 +180,7 @@ py::dict sensor_arrays(const SimulationPtr& simulation, const std::string& senso
   });
   py::dict result;
   for (output::SensorArray& array : samples.arrays()) {
-    if (!of_sensor(array)) continue;
+    if (!is_sensor_array(array)) continue;
     const auto rows = static_cast<py::ssize_t>(array.values.size() / array.columns);
     const auto columns = static_cast<py::ssize_t>(array.columns);
     result[array.name.c_str()] = columns == 1 ? py::object(owning_array(std::move(array.values)))

@@ -46,9 +46,9 @@ receivers: [{name: car, profile: ublox-f9p}]
 
 /// All results of one run.
 struct ReportedTerms {
-  std::map<std::string, double> of_signals, of_satellites;  ///< pseudoranges by satellite and signal
-  std::map<std::string, double> column;                     ///< made_up_m
-  std::map<std::string, double> sine;                       ///< of the elevation
+  std::map<std::string, double> signal_entries, satellite_rows;  ///< pseudoranges by satellite and signal
+  std::map<std::string, double> column;                          ///< made_up_m
+  std::map<std::string, double> sine;                            ///< of the elevation
   std::map<std::string, CodeAndCarrier> at_virtual_station;
   std::map<std::string, double> sine_there;
   std::vector<double> sample_codes_m, sample_carriers_m;
@@ -98,13 +98,13 @@ class Teller final : public simulation::EpochSink {
     rows.each(epoch, [&](const output::Row& row) {
       if (!row.signal->measurement) return;
       std::string name = gnss::to_string(row.satellite->id);
-      const bool of_signals = kind == output::TableKind::Signals;
-      if (of_signals) name += std::string(" ") + std::string(row.signal->signal->name);
+      const bool signal_entries = kind == output::TableKind::Signals;
+      if (signal_entries) name += std::string(" ") + std::string(row.signal->signal->name);
       reported_.sine[name] = std::sin(row.satellite->elevation_rad);
       for (const output::Column& column : columns) {
         const std::string_view is(column.name);
         if (is == "pseudorange_m")
-          (of_signals ? reported_.of_signals : reported_.of_satellites)[name] = column.value(row);
+          (signal_entries ? reported_.signal_entries : reported_.satellite_rows)[name] = column.value(row);
         if (is == "made_up_m") reported_.column[name] = column.value(row);
       }
     });
@@ -129,9 +129,9 @@ ReportedTerms run(double metres) {
 TEST(RangeTerm, ComesToTablesVirtualStationsAndSamples) {
   ASSERT_TRUE(added);
   const ReportedTerms without = run(0), with = run(0.05);
-  ASSERT_GT(with.of_signals.size(), 40U);
-  ASSERT_GT(with.of_satellites.size(), 20U);
-  for (const auto of : {&ReportedTerms::of_signals, &ReportedTerms::of_satellites}) {
+  ASSERT_GT(with.signal_entries.size(), 40U);
+  ASSERT_GT(with.satellite_rows.size(), 20U);
+  for (const auto of : {&ReportedTerms::signal_entries, &ReportedTerms::satellite_rows}) {
     for (const auto& [name, metres] : with.*of) {
       // A pseudorange is a double of 4e-9 m.
       EXPECT_NEAR(metres - (without.*of).at(name), 0.05 * with.sine.at(name), 1e-7) << name;

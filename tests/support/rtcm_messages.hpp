@@ -76,38 +76,38 @@ inline broadcast::Bits msm(gnss::System system, int kind, geodesy::GpsTime time,
     std::int64_t rough;  ///< [1/1024 ms]
     double rate;
   };
-  std::vector<Row> of_satellites, of_cells;
+  std::vector<Row> satellite_rows, cell_rows;
   for (const auto& [slot, row] : table) {
     const Cell* first = row.begin()->second;
-    of_satellites.push_back({first, std::llround(first->range_m / kMillisecond_m * 1024),
-                             std::round(first->rate_mps.value_or(0))});
+    satellite_rows.push_back({first, std::llround(first->range_m / kMillisecond_m * 1024),
+                              std::round(first->rate_mps.value_or(0))});
     for (const int signal : signals) {
       bits.put(row.count(signal), 1);
       if (row.count(signal) > 0)
-        of_cells.push_back({row.at(signal), of_satellites.back().rough, of_satellites.back().rate});
+        cell_rows.push_back({row.at(signal), satellite_rows.back().rough, satellite_rows.back().rate});
     }
   }
-  for (const Row& r : of_satellites) bits.put(static_cast<std::uint64_t>(r.rough / 1024), 8);
+  for (const Row& r : satellite_rows) bits.put(static_cast<std::uint64_t>(r.rough / 1024), 8);
   if (rates) {
-    for (const Row& r : of_satellites) bits.put(static_cast<std::uint64_t>(r.cell->extended), 4);
+    for (const Row& r : satellite_rows) bits.put(static_cast<std::uint64_t>(r.cell->extended), 4);
   }
-  for (const Row& r : of_satellites) bits.put(static_cast<std::uint64_t>(r.rough % 1024), 10);
+  for (const Row& r : satellite_rows) bits.put(static_cast<std::uint64_t>(r.rough % 1024), 10);
   if (rates) {
-    for (const Row& r : of_satellites) bits.put(r.cell->rate_mps ? field(r.rate, 1, 14) : none(14), 14);
+    for (const Row& r : satellite_rows) bits.put(r.cell->rate_mps ? field(r.rate, 1, 14) : none(14), 14);
   }
   const auto fraction = [](const Row& r, double metres) {
     return metres / kMillisecond_m - static_cast<double>(r.rough) / 1024;
   };
-  for (const Row& r : of_cells) {
+  for (const Row& r : cell_rows) {
     bits.put(field(fraction(r, r.cell->range_m), fine ? 0x1p-29 : 0x1p-24, fine ? 20 : 15), fine ? 20 : 15);
   }
-  for (const Row& r : of_cells) {
+  for (const Row& r : cell_rows) {
     const int width = fine ? 24 : 22;
     bits.put(
         r.cell->phase_m ? field(fraction(r, *r.cell->phase_m), fine ? 0x1p-31 : 0x1p-29, width) : none(width),
         width);
   }
-  for (const Row& r : of_cells) {
+  for (const Row& r : cell_rows) {
     int indicator = lock_time_indicator(r.cell->lock_s, true);
     if (!fine) {
       for (indicator = 0; indicator < 15 && least_lock_ms(indicator + 1, false) <= 1e3 * r.cell->lock_s;)
@@ -115,10 +115,10 @@ inline broadcast::Bits msm(gnss::System system, int kind, geodesy::GpsTime time,
     }
     bits.put(static_cast<std::uint64_t>(indicator), fine ? 10 : 4);
   }
-  for (const Row& r : of_cells) bits.put(r.cell->half_cycle ? 1 : 0, 1);
-  for (const Row& r : of_cells) bits.positive(r.cell->cn0_dbhz, fine ? 0x1p-4 : 1, fine ? 10 : 6);
+  for (const Row& r : cell_rows) bits.put(r.cell->half_cycle ? 1 : 0, 1);
+  for (const Row& r : cell_rows) bits.positive(r.cell->cn0_dbhz, fine ? 0x1p-4 : 1, fine ? 10 : 6);
   if (rates) {
-    for (const Row& r : of_cells)
+    for (const Row& r : cell_rows)
       bits.put(r.cell->rate_mps ? field(*r.cell->rate_mps - r.rate, 1e-4, 15) : none(15), 15);
   }
   return bits;

@@ -113,8 +113,8 @@ void PluginElements::warn_attributes(const sdf::ElementPtr& element, const std::
   for (std::size_t i = 0; i < element->GetAttributeCount(); ++i) {
     const sdf::ParamPtr attribute = element->GetAttribute(static_cast<unsigned int>(i));
     const std::string& key = attribute->GetKey();
-    const bool of_plugin = element->GetName() == "plugin" && (key == "name" || key == "filename");
-    if (of_plugin || !attribute->GetSet() || key.find(':') != std::string::npos) continue;
+    const bool is_plugin_attribute = element->GetName() == "plugin" && (key == "name" || key == "filename");
+    if (is_plugin_attribute || !attribute->GetSet() || key.find(':') != std::string::npos) continue;
     warnings_.push_back(
         fmt::format("the attribute {0}=\"{1}\" of <{2}> has no effect; write {3}<{0}>{1}</{0}>", key,
                     attribute->GetAsString(), element->GetName(),

@@ -28,8 +28,8 @@ void refuse_other_kind(const std::string& text, const Document& document) {
   const std::string ending = document.file.extension().string();
   if (ending == ".yaml" || ending == ".yml" || ending == ".json") return;
   constexpr std::size_t kHead = std::size_t{1} << 14;
-  const auto other =
-      of_other_kind(std::string_view(text).substr(0, kHead), document.file, "a " + document.kind + " (YAML)");
+  const auto other = wrong_kind_error(std::string_view(text).substr(0, kHead), document.file,
+                                      "a " + document.kind + " (YAML)");
   if (other) throw InputError(*other);
 }
 

@@ -188,12 +188,13 @@ TEST(NtripCaster, SourceTableHasAllMountPointsOfAPort) {
                     HasSubstr(length), EndsWith("\r\n\r\n" + table)));
 
   // Each has its own clients and password, and ends independently.
-  LocalConnection of_base = connected(*base, port, first_revision(kBase, "rover:pw"), kFirstGrants);
-  LocalConnection of_open = connected(*base, port, first_revision("OPEN-2", "any:thing"), kFirstGrants);
+  LocalConnection base_measurements = connected(*base, port, first_revision(kBase, "rover:pw"), kFirstGrants);
+  LocalConnection open_connection =
+      connected(*base, port, first_revision("OPEN-2", "any:thing"), kFirstGrants);
   base->send("base");
   open->send("open");
-  EXPECT_EQ(of_base.read(4), "base");
-  EXPECT_EQ(of_open.read(4), "open");
+  EXPECT_EQ(base_measurements.read(4), "base");
+  EXPECT_EQ(open_connection.read(4), "open");
   try {
     (void)open_transport(address("ntrip-caster", port, kBase));
     ADD_FAILURE();
@@ -201,9 +202,9 @@ TEST(NtripCaster, SourceTableHasAllMountPointsOfAPort) {
     EXPECT_THAT(error.problem(), HasSubstr("mount point BASE already"));
   }
   base->finish({});
-  EXPECT_EQ(read_while_serving(*open, of_base, 1), "");
+  EXPECT_EQ(read_while_serving(*open, base_measurements, 1), "");
   open->send("still");
-  EXPECT_EQ(of_open.read(5), "still");
+  EXPECT_EQ(open_connection.read(5), "still");
 }
 
 TEST(NtripCaster, HandsOnWhatClientsSayAndAnswersOne) {

@@ -55,8 +55,10 @@ class Builder {
     result_.city.name = map_.source;
     result_.city.frame = map_frame_.frame();
     const LonLat origin = map_frame_.map_from_mesh(Eigen::Vector3d::Zero()).head<2>();
-    const auto of_terrain = terrain_ != nullptr ? terrain_->geoid_undulation_m(origin) : std::nullopt;
-    result_.city.geoid_undulation_m = of_terrain ? *of_terrain : map_.geoid_undulation_m.value_or(0);
+    const auto terrain_undulation_m =
+        terrain_ != nullptr ? terrain_->geoid_undulation_m(origin) : std::nullopt;
+    result_.city.geoid_undulation_m =
+        terrain_undulation_m ? *terrain_undulation_m : map_.geoid_undulation_m.value_or(0);
     result_.features.resize(map_.features.size());
     for (std::size_t i = 0; i < map_.features.size(); ++i) {
       locate(i);

@@ -9,7 +9,7 @@ namespace {
 
 /// Makes a geometry of points with a GEOS function of their sequence.
 template <typename Make>
-Geometry of_points(std::vector<Point2> points, const Make& make) {
+Geometry geometry_of_points(std::vector<Point2> points, const Make& make) {
   GEOSCoordSequence* sequence =
       GEOSCoordSeq_copyFromBuffer_r(context(), points[0].data(), static_cast<unsigned>(points.size()),
                                     /*hasZ=*/0, /*hasM=*/0);
@@ -19,7 +19,7 @@ Geometry of_points(std::vector<Point2> points, const Make& make) {
 Geometry linear_ring(std::vector<Point2> ring) {
   if (ring.size() < 3) return nullptr;
   ring.push_back(ring[0]);
-  return of_points(std::move(ring), GEOSGeom_createLinearRing_r);
+  return geometry_of_points(std::move(ring), GEOSGeom_createLinearRing_r);
 }
 
 std::vector<Point2> open_ring(const GEOSGeometry* ring, bool counter_clockwise) {
@@ -77,7 +77,8 @@ Geometry polygon(const std::vector<Point2>& outer, const std::vector<std::vector
 
 Geometry line(const std::vector<Point2>& points) {
   if (points.empty()) return nullptr;
-  return of_points(points, points.size() == 1 ? GEOSGeom_createPoint_r : GEOSGeom_createLineString_r);
+  return geometry_of_points(points,
+                            points.size() == 1 ? GEOSGeom_createPoint_r : GEOSGeom_createLineString_r);
 }
 
 Geometry collection(std::vector<Geometry> polygons) {

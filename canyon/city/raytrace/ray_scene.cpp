@@ -93,10 +93,10 @@ class LowestPoints {
   explicit LowestPoints(const city::Mesh& mesh) {
     for (const Vector3d& vertex : mesh.vertices) {
       const auto low = [&vertex](double& z) { z = std::min(z, vertex.z()); };
-      low(of_all_);
+      low(max_area_);
       low(squares_.try_emplace(square_of(vertex.x(), vertex.y()), vertex.z()).first->second);
     }
-    if (mesh.vertices.empty()) of_all_ = 0;
+    if (mesh.vertices.empty()) max_area_ = 0;
   }
 
   /// In the square of (x, y) and its eight neighbours; of all squares if these have none.
@@ -108,7 +108,7 @@ class LowestPoints {
         if (square != squares_.end()) lowest = std::min(lowest, square->second);
       }
     }
-    return std::isfinite(lowest) ? lowest : of_all_;
+    return std::isfinite(lowest) ? lowest : max_area_;
   }
 
  private:
@@ -117,7 +117,7 @@ class LowestPoints {
   static Square square_of(double x, double y) { return {std::floor(x / kSide_m), std::floor(y / kSide_m)}; }
 
   std::map<Square, double> squares_;
-  double of_all_ = std::numeric_limits<double>::infinity();
+  double max_area_ = std::numeric_limits<double>::infinity();
 };
 
 struct RayScene::Impl {

@@ -371,19 +371,19 @@ PlanarRegions find_regions(const std::vector<Eigen::Vector3d>& vertices,
 
 void flatten_regions(std::vector<Eigen::Vector3d>& vertices, const city::TriangleIndices& triangles,
                      const PlanarRegions& regions, double distance_m) {
-  std::vector<std::vector<std::uint32_t>> of_vertex(vertices.size());
+  std::vector<std::vector<std::uint32_t>> faces_by_vertex(vertices.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     const std::uint32_t region = regions.of[t];
     if (region == kNoRegion) continue;
     for (const std::uint32_t v : triangles[t]) {
-      auto& known = of_vertex[v];
+      auto& known = faces_by_vertex[v];
       if (std::find(known.begin(), known.end(), region) == known.end()) known.push_back(region);
     }
   }
   for (std::size_t v = 0; v < vertices.size(); ++v) {
-    if (of_vertex[v].empty()) continue;
+    if (faces_by_vertex[v].empty()) continue;
     std::vector<const PlanarRegion*> planes;
-    for (const std::uint32_t region : of_vertex[v]) planes.push_back(&regions.regions[region]);
+    for (const std::uint32_t region : faces_by_vertex[v]) planes.push_back(&regions.regions[region]);
     planes = independent(std::move(planes));
     for (; !planes.empty(); planes.pop_back()) {
       const Eigen::Vector3d to = on_planes(vertices[v], planes);

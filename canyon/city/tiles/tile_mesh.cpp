@@ -418,7 +418,7 @@ void TileMesh::add(const TileContent& content, const Eigen::Matrix4d& to_enu, co
                      "give a smaller bbox or a larger error_m");
   }
   std::vector<Part> parts;
-  std::map<std::pair<const PosedModel*, std::uint32_t>, std::size_t> of_feature;
+  std::map<std::pair<const PosedModel*, std::uint32_t>, std::size_t> feature_index;
   city::Box box;
   for (const PosedModel& posed : content.models) {
     const bool one = posed.containments.size() == 1;
@@ -461,7 +461,7 @@ void TileMesh::add(const TileContent& content, const Eigen::Matrix4d& to_enu, co
           part.vertices = id ? used_vertices(points, part.triangles) : points;
           // A feature shown by several primitives, one for each of its materials, is one object.
           if (id && one) {
-            const auto [found, fresh] = of_feature.try_emplace({&posed, *id}, parts.size());
+            const auto [found, fresh] = feature_index.try_emplace({&posed, *id}, parts.size());
             if (!fresh && parts[found->second].material == part.material) {
               Part& whole = parts[found->second];
               const auto shift = static_cast<std::uint32_t>(whole.vertices.size());

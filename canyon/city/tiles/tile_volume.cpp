@@ -61,13 +61,13 @@ class SubtreeReader {
     Subtree out;
     out.tiles = availability(json_.at("tileAvailability"), nodes);
     out.children = availability(json_.at("childSubtreeAvailability"), children);
-    const Json* of_contents = json_.find("contentAvailability");
+    const Json* content_availability = json_.find("contentAvailability");
     const Json& several = meshes::extension(json_, "3DTILES_multiple_contents")["contentAvailability"];
-    if (several.is_array()) of_contents = &several;
-    if (of_contents != nullptr && of_contents->is_array())
-      for (const Json& each : *of_contents) out.contents.push_back(availability(each, nodes));
-    else if (of_contents != nullptr)
-      out.contents.push_back(availability(*of_contents, nodes));
+    if (several.is_array()) content_availability = &several;
+    if (content_availability != nullptr && content_availability->is_array())
+      for (const Json& each : *content_availability) out.contents.push_back(availability(each, nodes));
+    else if (content_availability != nullptr)
+      out.contents.push_back(availability(*content_availability, nodes));
     return out;
   }
 

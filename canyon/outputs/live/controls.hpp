@@ -87,7 +87,7 @@ class OptionsDesk {
 struct ControlService {
   const char* name;  ///< the last part of its name: "add_fault"
   OptionsRequest::Kind kind;
-  bool of_faults = true;  ///< also a ROS service: canyon_msgs/FaultCommand, text in, success and message out
+  bool has_faults = true;  ///< also a ROS service: canyon_msgs/FaultCommand, text in, success and message out
 };
 inline constexpr ControlService kControlServices[]{{"get_options", OptionsRequest::Kind::Get, false},
                                                    {"set_options", OptionsRequest::Kind::Set, false},

@@ -97,10 +97,10 @@ std::string stream_of_model(const std::string& setting, const std::string& strea
 }
 
 void SkyWarnings::take(simulation::LiveReceiver& receiver,
-                       const std::function<void(const std::string& line, bool of_sky)>& log) {
-  const std::vector<std::string> of_sky = receiver.sky().report.warnings();
+                       const std::function<void(const std::string& line, bool is_sky_warning)>& log) {
+  const std::vector<std::string> is_sky_warning = receiver.sky().report.warnings();
   for (const std::string& line : receiver.take_warnings()) {
-    const bool shared = std::find(of_sky.begin(), of_sky.end(), line) != of_sky.end();
+    const bool shared = std::find(is_sky_warning.begin(), is_sky_warning.end(), line) != is_sky_warning.end();
     if (shared) {
       const std::lock_guard lock(mutex_);
       if (!logged_.insert(line).second) continue;

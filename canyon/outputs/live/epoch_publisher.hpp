@@ -80,7 +80,7 @@ class SkyWarnings {
  public:
   /// Logs a receiver's warnings. @param say gets each line that no receiver has logged of its sky before
   void take(simulation::LiveReceiver& receiver,
-            const std::function<void(const std::string& line, bool of_sky)>& log);
+            const std::function<void(const std::string& line, bool is_sky_warning)>& log);
 
  private:
   std::mutex mutex_;

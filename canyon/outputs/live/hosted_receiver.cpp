@@ -91,16 +91,16 @@ void HostedReceiver::begin_sensors() {
 
 void HostedReceiver::log_warnings() {
   for (std::size_t r = 0; r < run_->size(); ++r) {
-    sky_warnings_->take((*run_)[r], [&](const std::string& line, bool of_sky) {
+    sky_warnings_->take((*run_)[r], [&](const std::string& line, bool is_sky_warning) {
       log(Tone::Warning, r == 0 ? line : fmt::format("{}: {}", options_.live.base()->options.name, line),
-          of_sky);
+          is_sky_warning);
     });
   }
 }
 
-void HostedReceiver::log(Tone tone, const std::string& line, bool of_all) {
+void HostedReceiver::log(Tone tone, const std::string& line, bool requested) {
   if (!logged_.insert(line).second) return;
-  log_(tone, hide_passwords(of_all || name_.empty() ? line : fmt::format("{}: {}", name_, line)));
+  log_(tone, hide_passwords(requested || name_.empty() ? line : fmt::format("{}: {}", name_, line)));
 }
 
 void HostedReceiver::add(std::unique_ptr<EpochPublisher> publisher, std::string failure) {
@@ -329,7 +329,7 @@ void visit_word(options::Visitor& v, const options::Field& field, std::string& v
 }
 
 void visit_host(options::Visitor& v, HostOptions& o, std::string& frame_id,
-                const std::function<void()>& of_pose) {
+                const std::function<void()>& pose_context) {
   visit_word(
       v,
       {"frame_id", "", "the antenna's frame in all ROS messages", frame_id.empty() ? "the link's name" : ""},
@@ -341,7 +341,7 @@ void visit_host(options::Visitor& v, HostOptions& o, std::string& frame_id,
        "in a ROS 2 node rtcm=topic:NAME publishes rtcm_msgs/Message"},
       o.streams);
   v.section("pose", [&] {
-    if (of_pose) of_pose();
+    if (pose_context) pose_context();
     v.number({"timeout_s", "s",
               "of the host's time since the last external pose; without truth there is no epoch"},
              o.pose_timeout_s, {1e-3, 1e6});

@@ -33,9 +33,9 @@ struct HostOptions {
 };
 
 /// Fields of all hosts except those of `live`. @param frame_id of its messages; empty: the host's default
-/// @param of_pose a host's own fields in the section `pose`
+/// @param pose_context a host's own fields in the section `pose`
 void visit_host(options::Visitor& v, HostOptions& o, std::string& frame_id,
-                const std::function<void()>& of_pose = {});
+                const std::function<void()>& pose_context = {});
 
 /// A word of a host, such as a topic; the reader throws this error if it has blanks.
 void visit_word(options::Visitor& v, const options::Field& field, std::string& value);
@@ -141,8 +141,8 @@ class HostedReceiver {
   void serve(std::int64_t now_ns);
   /// Resets the receiver to its state after construction.
   void reset();
-  /// Logs each once, without passwords. @param of_all not of this receiver alone: logged without its name
-  void log(Tone tone, const std::string& line, bool of_all = false);
+  /// Logs each once, without passwords. @param requested not of this receiver alone: logged without its name
+  void log(Tone tone, const std::string& line, bool requested = false);
 
  private:
   void start_receiver();

@@ -117,7 +117,7 @@ void PoseSource::receive_log(const transport::Received& received, bool since_zer
     const double step_s = stamp_s - last_stamp_s_.value_or(stamp_s);
     if (step_s < -options_.track.timeout_s || step_s > kMaxGap_s) {
       if (!restarted()) {
-        ++of_another_clock_;
+        ++foreign_clock_count_;
         return;
       }
       track_.reset();

@@ -51,7 +51,7 @@ class PoseSource {
   [[nodiscard]] std::optional<double> last_stamp_s() const { return last_stamp_s_; }
   [[nodiscard]] std::string request() { return decoder_->request(); }
   /// Number of poses that receive_log() dropped because their stamps are from another clock.
-  [[nodiscard]] std::uint64_t of_another_clock() const { return of_another_clock_; }
+  [[nodiscard]] std::uint64_t foreign_clock_count() const { return foreign_clock_count_; }
   /// Notes since the last call, one line each: poses that were dropped or are far away.
   [[nodiscard]] std::vector<std::string> take_notes();
 
@@ -77,7 +77,7 @@ class PoseSource {
   bool warned_pace_ = false;
   double far_m_ = 0;  // distance of the first far pose since the vehicle was near
   bool warned_far_ = false;
-  std::uint64_t count_ = 0, impossible_ = 0, old_ = 0, of_another_clock_ = 0;
+  std::uint64_t count_ = 0, impossible_ = 0, old_ = 0, foreign_clock_count_ = 0;
 };
 
 }  // namespace canyon::live

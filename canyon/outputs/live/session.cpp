@@ -150,10 +150,10 @@ struct Session::Impl {
       now_starts = !by_stamps();
     }
     if (moved) {
-      simulation::Scenario of_trajectory = scenario;
-      for (simulation::ReceiverConfig& receiver : of_trajectory.receivers)
+      simulation::Scenario trajectory_scenario = scenario;
+      for (simulation::ReceiverConfig& receiver : trajectory_scenario.receivers)
         if (relative::is_stream(receiver.options.corrections.from)) receiver.options.corrections.from.clear();
-      trajectory = std::make_unique<simulation::Simulation>(std::move(of_trajectory), scene);
+      trajectory = std::make_unique<simulation::Simulation>(std::move(trajectory_scenario), scene);
       start = trajectory->begin();
       schedule = simulation::EpochSchedule(trajectory->interval_s(),
                                            static_cast<std::int64_t>(trajectory->epoch_count()));
@@ -771,8 +771,8 @@ struct Session::Impl {
     if (log_line) log_line(hide_passwords(text));
   }
   void log_warnings(std::size_t receiver) {
-    sky_warnings.take((*receivers)[receiver], [&](const std::string& line, bool of_sky) {
-      warn(of_sky ? line : fmt::format("{}: {}", names[receiver], line));
+    sky_warnings.take((*receivers)[receiver], [&](const std::string& line, bool is_sky_warning) {
+      warn(is_sky_warning ? line : fmt::format("{}: {}", names[receiver], line));
     });
     if (!inputs[receiver]) return;
     for (const std::string& line : inputs[receiver]->input.take_warnings())
@@ -852,7 +852,7 @@ SessionMetrics Session::run(const std::vector<simulation::EpochSink*>& sinks, co
   finish([&] { impl.once_a_second(); });
   // A link shared by poses and streams ends here.
   for (Vehicle& vehicle : impl.vehicles) {
-    if (const std::uint64_t n = vehicle.source ? vehicle.source->of_another_clock() : 0; n > 0) {
+    if (const std::uint64_t n = vehicle.source ? vehicle.source->foreign_clock_count() : 0; n > 0) {
       impl.warn(fmt::format(
           "poses from {}: {} {} dropped: their timestamps jump to another clock, and with several "
           "sources the run cannot restart; split the log, or run it alone",

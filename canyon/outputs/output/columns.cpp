@@ -80,8 +80,8 @@ const positioning::Fix& fix_of(const Row& row) {
   return row.epoch.observed.fix;
 }
 double baseline(const Row& row, Eigen::Index axis) {
-  const auto& of_fix = fix_of(row).baseline;
-  return of_fix ? of_fix->vector_enu(axis) : kNone;
+  const auto& fix_baseline = fix_of(row).baseline;
+  return fix_baseline ? fix_baseline->vector_enu(axis) : kNone;
 }
 double solved(const Row& row, double value) {
   return fix_of(row).solved() ? value : kNone;

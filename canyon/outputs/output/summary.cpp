@@ -305,18 +305,19 @@ std::string format_summary_table(const std::vector<RunSummary>& summaries) {
       if (std::find(faults.begin(), faults.end(), fault.name) == faults.end()) faults.push_back(fault.name);
   }
   for (const std::string& name : faults) {
-    const auto of_fault = [name](const auto& cell) {
+    const auto fault_values = [name](const auto& cell) {
       return [name, cell](const RunSummary& s) {
         for (const RunSummary::Fault& fault : s.faults)
           if (fault.name == name) return cell(fault);
         return std::string("-");
       };
     };
-    lines.push_back({fmt::format("during {}: with fix", name), of_fault([](const RunSummary::Fault& fault) {
-                       return fmt::format("{} of {}", fault.fixes, fault.epochs);
-                     })});
     lines.push_back(
-        {fmt::format("during {}: error, 95 % [m]", name), of_fault([](const RunSummary::Fault& fault) {
+        {fmt::format("during {}: with fix", name), fault_values([](const RunSummary::Fault& fault) {
+           return fmt::format("{} of {}", fault.fixes, fault.epochs);
+         })});
+    lines.push_back(
+        {fmt::format("during {}: error, 95 % [m]", name), fault_values([](const RunSummary::Fault& fault) {
            return std::isfinite(fault.horizontal_p95_m) ? fmt::format("{:.3f}", fault.horizontal_p95_m)
                                                         : std::string("-");
          })});

@@ -106,13 +106,13 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     const bool nmea = settings.value(ubx::kOutputNmea).value_or(0) != 0 && port.commands.running();
     if (nmea) text += sentences(rotation);
     for (const ubx::MessageInfo& info : ubx::messages())
-      if (speaks && of_epochs(info) && rotation(info.id))
+      if (speaks && is_periodic(info) && rotation(info.id))
         text += ubx::frame(info.id, *output(info.id, settings));
     const bool corrects = settings.value(ubx::kOutputRtcm).value_or(0) != 0 && port.commands.running();
     return corrects ? text + corrections(port, rotation) : text;
   }
 
-  static bool of_epochs(const ubx::MessageInfo& info) {
+  static bool is_periodic(const ubx::MessageInfo& info) {
     constexpr ubx::MessageId kNmea = 0xF000;
     return info.sent == ubx::Sent::Epochs && info.id < kNmea;
   }
@@ -148,7 +148,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
                                                   const ubx::Configuration& settings) const override {
     const auto known = ubx::messages();
     const bool is_there = std::any_of(known.begin(), known.end(), [&](const ubx::MessageInfo& info) {
-      return info.id == id && of_epochs(info);
+      return info.id == id && is_periodic(info);
     });
     if (!described_ || !is_there) return std::nullopt;
     return ubx::payload(

@@ -30,7 +30,7 @@ constexpr std::array<Row, 3> kSuburban{{{40, -1.0, 0.5, -3.7, 0.98, 0.8177, 0.17
                                         {60, -0.3, 0.91, -2.0, 0.5, 0.8177, 0.1715, 0.1544, 0.7997},
                                         {80, -0.4, 0.58, -2.5, 0.2, 0.8177, 0.1715, 0.1544, 0.7997}}};
 
-ShadowingParameters of_row(const Row& row) {
+ShadowingParameters parameters_of_row(const Row& row) {
   return {row.mean1_db,
           row.sigma1_db,
           row.mean2_db,
@@ -50,14 +50,15 @@ ShadowingParameters between(const ShadowingParameters& a, const ShadowingParamet
 }
 
 ShadowingParameters interpolated(std::span<const Row> rows, double elevation_deg) {
-  if (elevation_deg <= rows.front().elevation_deg) return of_row(rows.front());
+  if (elevation_deg <= rows.front().elevation_deg) return parameters_of_row(rows.front());
   for (std::size_t i = 1; i < rows.size(); ++i) {
     const double low = rows[i - 1].elevation_deg;
     const double high = rows[i].elevation_deg;
     if (elevation_deg <= high)
-      return between(of_row(rows[i - 1]), of_row(rows[i]), (elevation_deg - low) / (high - low));
+      return between(parameters_of_row(rows[i - 1]), parameters_of_row(rows[i]),
+                     (elevation_deg - low) / (high - low));
   }
-  return of_row(rows.back());
+  return parameters_of_row(rows.back());
 }
 
 }  // namespace
@@ -69,7 +70,7 @@ ShadowingParameters shadowing_parameters(const ShadowingOptions& options, double
   return suburban ? interpolated(kSuburban, elevation_deg) : interpolated(kUrban, elevation_deg);
 }
 
-ShadowingEnvironment of_surroundings(double closed_sky) {
+ShadowingEnvironment environment_for(double closed_sky) {
   if (closed_sky < 0.02) return ShadowingEnvironment::Open;
   if (closed_sky < 0.07) return ShadowingEnvironment::Suburban;
   return closed_sky < 0.15 ? ShadowingEnvironment::Urban : ShadowingEnvironment::Dense;

@@ -19,7 +19,7 @@ enum class ShadowingEnvironment {
   Suburban,  ///< published numbers for low houses with trees
   Dense,     ///< Urban, with more obstacles that the map lacks (SkylineOptions)
   Open,      ///< no shadows
-  Auto,      ///< Open, Suburban, Urban or Dense by the city, see of_surroundings(); else Urban
+  Auto,      ///< Open, Suburban, Urban or Dense by the city, see environment_for(); else Urban
 };
 
 /// Level of the direct signal [dB] relative to a clear line of sight, log-normal in each of two states, and
@@ -82,7 +82,7 @@ struct ShadowingOptions {
 /// Resolves ShadowingEnvironment::Auto.
 /// @param closed_sky fraction of directions from 15 to 60 deg that the city hides, [0, 1]: below 0.02 open,
 /// below 0.07 suburban, below 0.15 urban, else dense (docs/shadowing.md)
-[[nodiscard]] ShadowingEnvironment of_surroundings(double closed_sky);
+[[nodiscard]] ShadowingEnvironment environment_for(double closed_sky);
 /// Visits their fields. The environment is also a field of a scenario, by the key `surroundings`.
 void visit_environment(options::Visitor& v, std::string_view key, ShadowingEnvironment& environment);
 void visit(options::Visitor& v, SkylineOptions& o);

@@ -52,10 +52,10 @@ class One {
 
 TEST(ShadowingOptions, SurroundingsFollowTheSkyAndTheMap) {
   using E = ShadowingEnvironment;
-  EXPECT_EQ(of_surroundings(0), E::Open);
-  EXPECT_EQ(of_surroundings(0.05), E::Suburban);
-  EXPECT_EQ(of_surroundings(0.1), E::Urban);
-  EXPECT_EQ(of_surroundings(0.3), E::Dense);
+  EXPECT_EQ(environment_for(0), E::Open);
+  EXPECT_EQ(environment_for(0.05), E::Suburban);
+  EXPECT_EQ(environment_for(0.1), E::Urban);
+  EXPECT_EQ(environment_for(0.3), E::Dense);
   ShadowingOptions options;
   options.enabled = true;
   options.environment = E::Open;
@@ -121,10 +121,10 @@ TEST(Shadowing, EndsAboveTheObstacles) {
     }
     return shadowed / double{kFrames};
   };
-  const double of_cars = shadowing_parameters(options, radians(40)).shadowed_fraction();
-  EXPECT_NEAR(fraction(1.5), of_cars, 0.015);
-  EXPECT_NEAR(fraction(6), of_cars * 2 * std::exp(-1), 0.015);
-  EXPECT_NEAR(fraction(14), of_cars * 4 * std::exp(-3), 0.01);
+  const double car_fraction = shadowing_parameters(options, radians(40)).shadowed_fraction();
+  EXPECT_NEAR(fraction(1.5), car_fraction, 0.015);
+  EXPECT_NEAR(fraction(6), car_fraction * 2 * std::exp(-1), 0.015);
+  EXPECT_NEAR(fraction(14), car_fraction * 4 * std::exp(-3), 0.01);
   EXPECT_EQ(fraction(200), 0);
 }
 

@@ -22,12 +22,12 @@ Eigen::Vector3d somewhere(RandomStream& random) {
 
 // The correlation of the numbers of two directions in one realization, by their weights.
 double correlation(const SkyNodes& nodes, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  std::vector<SkyNodes::NodeWeight> of_a, of_b;
-  nodes.weights(a, of_a);
-  nodes.weights(b, of_b);
+  std::vector<SkyNodes::NodeWeight> from_a, from_b;
+  nodes.weights(a, from_a);
+  nodes.weights(b, from_b);
   std::vector<double> weights(nodes.size(), 0.0);
-  for (const SkyNodes::NodeWeight& node_weight : of_a) weights[node_weight.node] = node_weight.weight;
-  return SkyNodes::blend(of_b, weights);
+  for (const SkyNodes::NodeWeight& node_weight : from_a) weights[node_weight.node] = node_weight.weight;
+  return SkyNodes::blend(from_b, weights);
 }
 
 // The integral of both weights over the sphere, of two von Mises-Fisher kernels in closed form.

@@ -39,11 +39,11 @@ Skyline::Skyline(const ShadowingOptions& options, std::uint64_t seed)
       nodes_(static_cast<std::size_t>(std::round(2 * geodesy::kPi / geodesy::radians(kWidth_deg)))) {}
 
 double Skyline::number(std::uint64_t field, std::size_t node) const {
-  const std::uint64_t of_node = mix64(root_ + kGolden64 * (field + 16 * node));
+  const std::uint64_t node_hash = mix64(root_ + kGolden64 * (field + 16 * node));
   // Each node has its own lattice origin.
-  const double x = position_.x() / SkylineOptions::kLength_m + static_cast<double>(of_node >> 44U) / 0x1p20;
+  const double x = position_.x() / SkylineOptions::kLength_m + static_cast<double>(node_hash >> 44U) / 0x1p20;
   const double y =
-      position_.y() / SkylineOptions::kLength_m + static_cast<double>((of_node >> 24U) & 0xfffffU) / 0x1p20;
+      position_.y() / SkylineOptions::kLength_m + static_cast<double>((node_hash >> 24U) & 0xfffffU) / 0x1p20;
   const double column = std::floor(x), row = std::floor(y);
   const double along = eased(x - column), across = eased(y - row);
   double sum = 0, square = 0;
@@ -52,7 +52,7 @@ double Skyline::number(std::uint64_t field, std::size_t node) const {
     const double weight = (right != 0 ? along : 1 - along) * (up != 0 ? across : 1 - across);
     const auto i = static_cast<std::uint64_t>(static_cast<std::int64_t>(column) + right);
     const auto j = static_cast<std::uint64_t>(static_cast<std::int64_t>(row) + up);
-    sum += weight * coins(mix64(mix64(of_node + kGolden64 * i) + kGolden64 * j));
+    sum += weight * coins(mix64(mix64(node_hash + kGolden64 * i) + kGolden64 * j));
     square += weight * weight;
   }
   return sum / std::sqrt(square);
@@ -92,9 +92,9 @@ double Skyline::level_db(const Eigen::Vector3d& arrival) const {
   if (o.slope <= 0) return 0;
   const double below = std::atan(o.slope) - std::asin(std::min(std::abs(arrival.z()), 1.0));
   const double nu = std::copysign(std::sqrt(2 * o.distance_m / kL1Wavelength_m), below) * std::abs(below);
-  const double of_round_edge_db =
+  const double round_edge_db =
       below > 0 ? propagation::rounded_edge_loss_db(kEdgeRadius_m, o.distance_m, below, kL1Wavelength_m) : 0;
-  return -propagation::approximate_knife_edge_loss_db(nu) - of_round_edge_db;
+  return -propagation::approximate_knife_edge_loss_db(nu) - round_edge_db;
 }
 
 namespace {

@@ -241,7 +241,7 @@ void Streets::pass(const Vector3d& antenna, propagation::SatelliteView& view, co
   const bool direct =
       std::any_of(paths.begin(), paths.end(), [](const Path& path) { return path.kind == PathKind::Direct; });
   std::size_t mirrored = paths.size();
-  std::vector<std::uint64_t> of_body;  // of the paths in front of `mirrored`
+  std::vector<std::uint64_t> body_ids;  // of the paths in front of `mirrored`
   if (direct) {
     const double least = options_.strength ? kMinReflection : 0;
     for (const Body& body : bodies_) {
@@ -253,7 +253,7 @@ void Streets::pass(const Vector3d& antenna, propagation::SatelliteView& view, co
         if (!options_.strength && !body.holds(path->point, 1e-6)) continue;
         if (!options_.strength) path->amplitude_factor = 1;
         paths.push_back(*std::move(path));
-        of_body.push_back(body.name);
+        body_ids.push_back(body.name);
       }
     }
   }
@@ -266,7 +266,7 @@ void Streets::pass(const Vector3d& antenna, propagation::SatelliteView& view, co
     double left = 1, detour_m = 0;
     std::uint64_t cut_by = 0;
     for (const Body& body : bodies_) {
-      if (i >= mirrored && of_body[i - mirrored] == body.name) continue;
+      if (i >= mirrored && body_ids[i - mirrored] == body.name) continue;
       if (body.kind == Body::Kind::Crown) {
         path.foliage_depth_m += crown_depth_m(body, antenna, path.arrival, leg_m);
         continue;

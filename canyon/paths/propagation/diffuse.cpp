@@ -108,12 +108,12 @@ DiffuseScratch& diffuse_scratch() {
 }
 
 /// Reflectance of each triangle; 0 if it does not scatter.
-std::vector<double> reflectances(const city::Mesh& mesh, std::optional<double> of_all) {
+std::vector<double> reflectances(const city::Mesh& mesh, std::optional<double> requested) {
   std::vector<double> result(mesh.triangles.size(), 0);
   for (const city::Object& object : mesh.objects) {
     if (object.surface != city::Surface::Building && object.surface != city::Surface::Vehicle) continue;
     for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t)
-      result[t] = of_all ? *of_all : reflectance(mesh.materials[t]);
+      result[t] = requested ? *requested : reflectance(mesh.materials[t]);
   }
   return result;
 }

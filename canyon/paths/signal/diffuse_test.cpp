@@ -585,7 +585,7 @@ TEST(DiffuseScattering, ThreadsAgree) {
     });
   }
   for (std::thread& thread : threads) thread.join();
-  int of_the_bus = 0;
+  int bus_count = 0;
   for (std::size_t i = 0; i < sky.size(); ++i) {
     for (std::size_t t = 1; t < results.size(); ++t) {
       ASSERT_EQ(results[t][i].size(), results[0][i].size());
@@ -594,9 +594,9 @@ TEST(DiffuseScattering, ThreadsAgree) {
         EXPECT_EQ(results[t][i][k].excess_m, results[0][i][k].excess_m);
       }
     }
-    for (const propagation::DiffusePath& path : results[0][i]) of_the_bus += path.instance != 0 ? 1 : 0;
+    for (const propagation::DiffusePath& path : results[0][i]) bus_count += path.instance != 0 ? 1 : 0;
   }
-  EXPECT_GT(of_the_bus, 0);
+  EXPECT_GT(bus_count, 0);
 }
 
 TEST(DiffuseScattering, RefusesWhatIsNoDirection) {
@@ -772,7 +772,7 @@ TEST(DiffuseScattering, SeveralFacadesGiveWhatARandomWalkGives) {
   options.wall_reflectance = walk.reflectance;
   options.scattering_coefficient = std::sqrt(walk.scattered);
   const Vector3d antenna(5, 2, 1.5);
-  std::array<double, 5> of_bounces{};
+  std::array<double, 5> by_bounces{};
   for (const int bounces : {1, 2, 4}) {
     options.bounces = bounces;
     const World world(mesh, options);
@@ -801,9 +801,9 @@ TEST(DiffuseScattering, SeveralFacadesGiveWhatARandomWalkGives) {
                 excess_ratio / satellites);
     EXPECT_NEAR(power_ratio / satellites, 1, 0.04);
     EXPECT_NEAR(excess_ratio / satellites, 1, 0.04);
-    of_bounces[static_cast<std::size_t>(bounces)] = total;
+    by_bounces[static_cast<std::size_t>(bounces)] = total;
   }
-  EXPECT_GT(of_bounces[4], 1.3 * of_bounces[1]);
+  EXPECT_GT(by_bounces[4], 1.3 * by_bounces[1]);
 }
 
 }  // namespace

@@ -55,7 +55,8 @@ void epoch(benchmark::State& state, const PropagationOptions& options) {
   state.counters["nlos_per_epoch"] = static_cast<double>(nlos) / static_cast<double>(f.city.positions.size());
 }
 
-PropagationOptions of_order(int order, bool diffraction = false, bool diffuse = false, bool ground = false) {
+PropagationOptions options_of_order(int order, bool diffraction = false, bool diffuse = false,
+                                    bool ground = false) {
   PropagationOptions options;
   options.reflection_order = order;
   options.diffraction = diffraction;
@@ -67,7 +68,7 @@ PropagationOptions of_order(int order, bool diffraction = false, bool diffuse = 
 /// All options on, and the amplitudes of all paths at a patch antenna.
 void everything(benchmark::State& state, bool amplitudes) {
   const Fixture& f = fixture();
-  PropagationOptions options = of_order(2, true, true, true);
+  PropagationOptions options = options_of_order(2, true, true, true);
   options.through_foliage = true;
   const Propagator propagator(f.city.city.mesh, f.scene, options);
   const AntennaPattern antenna = canyon::signal::patch_antenna();
@@ -96,22 +97,24 @@ void prepare(benchmark::State& state, const PropagationOptions& options) {
 void register_benchmarks() {
   PropagationOptions mirror;
   mirror.model = Model::Mirror;
-  for (const auto& [name, options] : {std::pair{"DirectOnly", of_order(0)},
-                                      {"Mirror", mirror},
-                                      {"SpecularFirstOrder", of_order(1)},
-                                      {"SpecularSecondOrder", of_order(2)},
-                                      {"SpecularSecondOrderWithGround", of_order(2, false, false, true)},
-                                      {"SpecularWithGround", of_order(1, false, false, true)},
-                                      {"SpecularDiffraction", of_order(1, true)},
-                                      {"SpecularDiffuse", of_order(1, false, true)},
-                                      {"SpecularSecondOrderDiffraction", of_order(2, true)},
-                                      {"SpecularSecondOrderDiffractionDiffuse", of_order(2, true, true)}}) {
+  for (const auto& [name, options] :
+       {std::pair{"DirectOnly", options_of_order(0)},
+        {"Mirror", mirror},
+        {"SpecularFirstOrder", options_of_order(1)},
+        {"SpecularSecondOrder", options_of_order(2)},
+        {"SpecularSecondOrderWithGround", options_of_order(2, false, false, true)},
+        {"SpecularWithGround", options_of_order(1, false, false, true)},
+        {"SpecularDiffraction", options_of_order(1, true)},
+        {"SpecularDiffuse", options_of_order(1, false, true)},
+        {"SpecularSecondOrderDiffraction", options_of_order(2, true)},
+        {"SpecularSecondOrderDiffractionDiffuse", options_of_order(2, true, true)}}) {
     benchmark::RegisterBenchmark(name, epoch, options)->Unit(benchmark::kMicrosecond);
   }
   benchmark::RegisterBenchmark("Everything", everything, false)->Unit(benchmark::kMicrosecond);
   benchmark::RegisterBenchmark("EverythingWithAmplitudes", everything, true)->Unit(benchmark::kMicrosecond);
-  benchmark::RegisterBenchmark("PrepareFacets", prepare, of_order(1))->Unit(benchmark::kMillisecond);
-  benchmark::RegisterBenchmark("PrepareSecondOrder", prepare, of_order(2))->Unit(benchmark::kMillisecond);
+  benchmark::RegisterBenchmark("PrepareFacets", prepare, options_of_order(1))->Unit(benchmark::kMillisecond);
+  benchmark::RegisterBenchmark("PrepareSecondOrder", prepare, options_of_order(2))
+      ->Unit(benchmark::kMillisecond);
 }
 
 }  // namespace

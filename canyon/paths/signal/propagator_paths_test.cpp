@@ -72,8 +72,8 @@ propagation::PropagationOptions everything() {
 }
 
 /// The paths of one kind.
-std::vector<propagation::Path> of_kind(const propagation::SatellitePaths& satellite,
-                                       propagation::PathKind kind) {
+std::vector<propagation::Path> paths_of_kind(const propagation::SatellitePaths& satellite,
+                                             propagation::PathKind kind) {
   std::vector<propagation::Path> paths;
   for (const propagation::Path& path : satellite.paths)
     if (path.kind == kind) paths.push_back(path);
@@ -362,8 +362,8 @@ TEST(DiffractedPaths, HaveTheImageAndTheReflectorOfTheirEdge) {
   const Vector3d antenna(0, 0, 2), velocity(3, -2, 0.5);
   const Vector3d s = direction(25, 12), angular_rate = 1e-4 * (Vector3d::UnitZ() - s.z() * s).eval();
   const auto at = [&](double t) {
-    return of_kind(world.trace(antenna + t * velocity, (s + t * angular_rate).normalized()),
-                   propagation::PathKind::Diffracted)
+    return paths_of_kind(world.trace(antenna + t * velocity, (s + t * angular_rate).normalized()),
+                         propagation::PathKind::Diffracted)
         .at(0);
   };
   const propagation::Path path = at(0);
@@ -374,8 +374,8 @@ TEST(DiffractedPaths, HaveTheImageAndTheReflectorOfTheirEdge) {
   EXPECT_GT(std::abs(rate), 0.05);
   // The satellite's part separately.
   const auto resting = [&](double t) {
-    return of_kind(world.trace(antenna, (s + t * angular_rate).normalized()),
-                   propagation::PathKind::Diffracted)
+    return paths_of_kind(world.trace(antenna, (s + t * angular_rate).normalized()),
+                         propagation::PathKind::Diffracted)
         .at(0)
         .excess_m;
   };
@@ -583,7 +583,7 @@ TEST(Everything, IsInOrderAndTellsItsStrength) {
         const double power = std::norm(path_amplitude(path, std::asin(sky[i].z()), kL1, antenna));
         EXPECT_TRUE(power >= 0 && power < 10) << power;
       }
-      const bool reflected = !of_kind(result[i], propagation::PathKind::Reflected).empty();
+      const bool reflected = !paths_of_kind(result[i], propagation::PathKind::Reflected).empty();
       if (!paths.empty() && paths[0].kind == propagation::PathKind::Direct) {
         EXPECT_EQ(result[i].visibility,
                   reflected ? propagation::Visibility::LOSMultipath : propagation::Visibility::LOS);

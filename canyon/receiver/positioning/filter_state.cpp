@@ -243,7 +243,7 @@ double own_clock_m2(OwnClock& own, const FilterState& filter, double step_m, dou
 void mind_clocks(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double dt) {
   std::vector<double>& common = epoch.innovations;
   common.clear();
-  std::array<std::vector<double>, kConstellations.size()> of_new;
+  std::array<std::vector<double>, kConstellations.size()> new_residuals;
   double variance = 0;
   for (const RangedSatellite& satellite : epoch.satellites) {
     if (!satellite.above_mask) continue;
@@ -253,7 +253,7 @@ void mind_clocks(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double 
       common.push_back(row.innovation);
       variance = std::max(variance, row.gradient.dot(filter.p * row.gradient) + row.sigma * row.sigma);
     } else {
-      of_new[clock_index(system)].push_back(row.innovation);
+      new_residuals[clock_index(system)].push_back(row.innovation);
     }
   }
   if (!common.empty()) {
@@ -272,7 +272,7 @@ void mind_clocks(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double 
     }
   }
   for (const System system : kConstellations) {
-    auto& innovations = of_new[clock_index(system)];
+    auto& innovations = new_residuals[clock_index(system)];
     if (innovations.empty()) continue;
     const int clock = clock_of(system);
     filter.known[clock_index(system)] = true;

@@ -151,15 +151,15 @@ void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& recei
     const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(enu);
     const Measurement& m = *satellite.measured;
     if (weighs) satellite.sigma_m = options.weights.sigma_m(m, look.elevation_rad);
-    std::array<double, receiver::kMaxRangeTerms> of_terms_m{};
+    std::array<double, receiver::kMaxRangeTerms> term_values_m{};
     satellite.space_m = modelled_range(receiver::RangeTermOf::Space,
                                        {&options, &klobuchar, &satellite.state, nullptr, m.id,
                                         m.carrier_frequency_hz > 0 ? m.carrier_frequency_hz
                                                                    : satellite.state.carrier_frequency_hz,
                                         receiver_time, geodetic, look, m.ionosphere_fraction},
-                                       of_terms_m)
+                                       term_values_m)
                             .code;
-    const double ionosphere_m = of_terms_m[static_cast<std::size_t>(receiver::RangeTermId::Ionosphere)];
+    const double ionosphere_m = term_values_m[static_cast<std::size_t>(receiver::RangeTermId::Ionosphere)];
     satellite.ionosphere_m = m.reported_sigma_ratio == 1 ? ionosphere_m : 0;
   }
 }

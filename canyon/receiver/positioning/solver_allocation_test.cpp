@@ -38,14 +38,14 @@ TEST(Solvers, AllocateTheirAnswersAlone) {
     range_satellites(time, measurements, sky, options, satellites);
     const long before = allocations;
     const Fix fix = solve_fix(time, satellites, options, {}, start);
-    const long of_fix = allocations - before;
+    const long fix_baseline = allocations - before;
     const Fix filtered = filter.update(time, satellites, fix, {});
-    const long of_filter = allocations - before - of_fix;
+    const long filter_allocations = allocations - before - fix_baseline;
     ASSERT_TRUE(fix.solved() && filtered.solved()) << epoch << reason(fix.status);
     start = fix.position_ecef;
     if (epoch < 10) continue;
-    EXPECT_EQ(of_fix, allocations_of_copy(fix)) << epoch;
-    EXPECT_EQ(of_filter, allocations_of_copy(filtered)) << epoch;
+    EXPECT_EQ(fix_baseline, allocations_of_copy(fix)) << epoch;
+    EXPECT_EQ(filter_allocations, allocations_of_copy(filtered)) << epoch;
   }
 }
 

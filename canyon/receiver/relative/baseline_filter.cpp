@@ -217,8 +217,9 @@ std::optional<positioning::Dop> BaselineFilter::dop_of(const std::vector<gnss::S
   return positioning::dop_of_directions(directions);
 }
 
-void BaselineFilter::take(const Corrections& corrections, std::vector<ObservedMinusComputed> of_base) {
-  base_ = std::move(of_base);
+void BaselineFilter::take(const Corrections& corrections,
+                          std::vector<ObservedMinusComputed> base_measurements) {
+  base_ = std::move(base_measurements);
   // With a moving base the filter tracks the baseline: the position moves with the base's.
   if (started_ && corrections.moving) position_ += corrections.station_ecef - base_position_;
   if (corrections.moving != moving_ || (station_ && *station_ != corrections.station)) started_ = false;
@@ -480,12 +481,12 @@ const ObservedMinusComputed* partner(const ObservedMinusComputed& r,
   const auto at = std::lower_bound(base.begin(), base.end(), r, before);
   const ObservedMinusComputed* const same = at != base.end() && !before(r, *at) ? &*at : nullptr;
   if (same != nullptr && (same->phase_m || !r.phase_m)) return same;
-  const auto of_carrier = [&](const ObservedMinusComputed& o) {
+  const auto is_same_carrier = [&](const ObservedMinusComputed& o) {
     return o.id == r.id && o.signal->carrier_hz == r.signal->carrier_hz && o.phase_m;
   };
   // A carrier's phase counts once.
-  const bool several = std::count_if(rover.begin(), rover.end(), of_carrier) > 1;
-  const auto other = std::find_if(base.begin(), base.end(), of_carrier);
+  const bool several = std::count_if(rover.begin(), rover.end(), is_same_carrier) > 1;
+  const auto other = std::find_if(base.begin(), base.end(), is_same_carrier);
   return several || other == base.end() ? same : &*other;
 }
 

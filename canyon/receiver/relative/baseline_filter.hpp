@@ -40,8 +40,9 @@ class BaselineFilter {
   /// @param masks elevation and C/N0 masks @param max_age_s largest age of the base's epoch [s]. Throws
   /// InputError for options out of range.
   BaselineFilter(const RtkOptions& options, const positioning::FixOptions& masks, double max_age_s);
-  /// Replaces the base's epoch. @param of_base its observations, with values computed at its position
-  void take(const Corrections& corrections, std::vector<ObservedMinusComputed> of_base);
+  /// Replaces the base's epoch. @param base_measurements its observations, with values computed at its
+  /// position
+  void take(const Corrections& corrections, std::vector<ObservedMinusComputed> base_measurements);
   /// The result of RtkFilter::update(), for this filter alone.
   [[nodiscard]] std::optional<positioning::Fix> update(geodesy::GpsTime receiver_time,
                                                        std::span<const SignalMeasurement> rover,

@@ -135,8 +135,8 @@ TEST(IntegerLeastSquares, DecorrelationKeepsTheVolumeAndTheNumbersWhole) {
     EXPECT_EQ(a, a.array().round().matrix());
     EXPECT_LT((by->origin + a * by->z - real.tail(sizes[k])).cwiseAbs().maxCoeff(), 1e-9);
     const MatrixXd expected = q.bottomRightCorner(sizes[k], sizes[k]);
-    const MatrixXd of_z = by->factors.l.transpose() * by->factors.d.asDiagonal() * by->factors.l;
-    EXPECT_LT((a * of_z * a.transpose() - expected).cwiseAbs().maxCoeff(),
+    const MatrixXd z_covariance = by->factors.l.transpose() * by->factors.d.asDiagonal() * by->factors.l;
+    EXPECT_LT((a * z_covariance * a.transpose() - expected).cwiseAbs().maxCoeff(),
               1e-8 * expected.cwiseAbs().maxCoeff());
     for (int j = 0; j + 1 < sizes[k];
          ++j) {  // no exchange of neighbours would reduce the later one's variance

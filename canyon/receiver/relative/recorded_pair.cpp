@@ -61,12 +61,12 @@ RecordedEpochs recorded_epochs(const std::vector<rinex::ObservationEpoch>& recor
   RecordedSignals signals(sky);
   RecordedEpochs result;
   for (const rinex::ObservationEpoch& epoch : recorded) {
-    Corrections of_epoch;
+    Corrections epoch_fix;
     const auto reported = point || !epoch.header ? point : epoch.header->antenna_ecef();
-    of_epoch.station_ecef = reported.value_or(Eigen::Vector3d::Constant(std::nan("")));
-    of_epoch.receiver_time = epoch.receiver_time;
-    of_epoch.observations = signals.next(epoch);
-    result.push_back(std::make_shared<const Corrections>(std::move(of_epoch)));
+    epoch_fix.station_ecef = reported.value_or(Eigen::Vector3d::Constant(std::nan("")));
+    epoch_fix.receiver_time = epoch.receiver_time;
+    epoch_fix.observations = signals.next(epoch);
+    result.push_back(std::make_shared<const Corrections>(std::move(epoch_fix)));
   }
   return result;
 }
@@ -85,9 +85,9 @@ std::vector<PairEpoch> solve_pair(const RecordedEpochs& rover, const RecordedEpo
   for (const auto& epoch : rover) {
     const geodesy::GpsTime time = epoch->receiver_time;
     while (next < base.size() && base[next]->receiver_time - time < kSameTag_s) {
-      Corrections of_base = *base[next++];
-      keep_signals(of_base.observations, options.signals);
-      filter.take(of_base, sky);
+      Corrections base_measurements = *base[next++];
+      keep_signals(base_measurements.observations, options.signals);
+      filter.take(base_measurements, sky);
     }
     std::vector<SignalMeasurement> measured = epoch->observations;
     keep_signals(measured, options.signals);

@@ -57,8 +57,8 @@ class RecordedPair : public ::testing::Test {
   [[nodiscard]] RecordedEpochs base(const Geodetic& position = kBase) const {
     return recorded_epochs(recorded_base, *sky, geodesy::ecef_from_geodetic(position));
   }
-  [[nodiscard]] std::vector<PairEpoch> solve(const RecordedEpochs& of_base) const {
-    return solve_pair(recorded_epochs(rover, *sky), of_base, *sky, navigation.klobuchar, options);
+  [[nodiscard]] std::vector<PairEpoch> solve(const RecordedEpochs& base_measurements) const {
+    return solve_pair(recorded_epochs(rover, *sky), base_measurements, *sky, navigation.klobuchar, options);
   }
   /// Keeps only satellites of these systems.
   void keep(std::initializer_list<System> systems) {
@@ -289,12 +289,12 @@ TEST_F(RecordedPair, BiasesOfGlonassOfABaseOfAnotherMake) {
       *s.carrier_phase_cycles -= -71.94 * hz / geodesy::kSpeedOfLight;
     }
   }
-  const auto of_base = [&](const GlonassBiases& biases) {
+  const auto base_measurements = [&](const GlonassBiases& biases) {
     set_biases(recorded_base, biases);
     return base();
   };
-  const RecordedEpochs known = of_base({{"1C", -71.94}, {"2C", -71.94}});
-  const RecordedEpochs unknown = of_base({}), wrong = of_base(kAligned);
+  const RecordedEpochs known = base_measurements({{"1C", -71.94}, {"2C", -71.94}});
+  const RecordedEpochs unknown = base_measurements({}), wrong = base_measurements(kAligned);
   for (const RecordedEpochs& recorded : {known, unknown, wrong}) {
     const Outcome found = outcome(solve(recorded));
     EXPECT_GE(found.fixed, 0.95);
@@ -337,9 +337,9 @@ TEST_F(RecordedPair, StatesWhatItErrs) {
 TEST_F(RecordedPair, StatesWhatItErrsBesideAMovingBase) {
   RecordedEpochs moving = base();
   for (auto& epoch : moving) {
-    Corrections of_epoch = *epoch;
-    of_epoch.moving = true;
-    epoch = std::make_shared<const Corrections>(std::move(of_epoch));
+    Corrections epoch_fix = *epoch;
+    epoch_fix.moving = true;
+    epoch = std::make_shared<const Corrections>(std::move(epoch_fix));
   }
   double squares = 0, reported = 0;
   for (const PairEpoch& epoch : solve(moving)) {

@@ -59,10 +59,10 @@ RtkFilter& RtkFilter::operator=(RtkFilter&&) noexcept = default;
 void RtkFilter::take(const Corrections& base, const orbit::Sky& sky) {
   positioning::FixOptions masks = filter_->masks();
   masks.elevation_mask_rad = 0;  // the rover's mask is used
-  auto of_base =
+  auto base_measurements =
       observed_minus_computed(base.receiver_time, base.observations, sky, masks, base.station_ecef);
-  if (second_) second_->take(base, of_base);
-  filter_->take(base, std::move(of_base));
+  if (second_) second_->take(base, base_measurements);
+  filter_->take(base, std::move(base_measurements));
 }
 
 std::optional<positioning::Fix> RtkFilter::update(geodesy::GpsTime receiver_time,

@@ -44,20 +44,20 @@ double WholeNumberSearch::squares_of_residuals(std::span<const std::size_t> amon
   struct Sums {
     double weights = 0, values = 0, squares = 0;
   };
-  std::map<const gnss::Signal*, Sums> of_signals;
+  std::map<const gnss::Signal*, Sums> signal_entries;
   for (const std::size_t i : among) {
     const Difference& d = differences_[i];
     const SparseRow row = state_.row_of(d, true, ionosphere_);
     double residual_m = d.phase_m;
     for (std::size_t k = 0; k < row.count; ++k) residual_m -= row.terms[k].second * x(row.terms[k].first);
     const double weight = 1 / (d.variance + d.age_variance);
-    Sums& sums = of_signals[d.rover->signal];
+    Sums& sums = signal_entries[d.rover->signal];
     sums.weights += weight;
     sums.values += weight * residual_m;
     sums.squares += weight * residual_m * residual_m;
   }
   double result = 0;
-  for (const auto& [signal, sums] : of_signals)
+  for (const auto& [signal, sums] : signal_entries)
     result += sums.squares - sums.values * sums.values / sums.weights;
   return result;
 }

@@ -42,15 +42,15 @@ CodeLoopState followed(const CodeTracker& tracker, CodeLoopState state, const st
 TEST(CodeLoop, WithAShareOfItsBandwidthIsALoopOfThatBandwidth) {
   const CodeTracker wide = tracker(Modulation::BPSK, 2), narrow = tracker(Modulation::BPSK, 0.5);
   const std::vector<SignalPath> paths{{0, {1, 0}}, {40, {0.3, 0.2}, 0.05}};
-  CodeLoopState of_wide{30}, of_narrow{30};
+  CodeLoopState wide_loop{30}, narrow_loop{30};
   for (int i = 0; i < 5; ++i) {
-    EXPECT_TRUE(wide.follow(of_wide, paths, 0.1, kStrong_hz, 0.25));
-    EXPECT_TRUE(narrow.follow(of_narrow, paths, 0.1, kStrong_hz));
-    EXPECT_NEAR(of_wide.delay_m, of_narrow.delay_m, 1e-9);
+    EXPECT_TRUE(wide.follow(wide_loop, paths, 0.1, kStrong_hz, 0.25));
+    EXPECT_TRUE(narrow.follow(narrow_loop, paths, 0.1, kStrong_hz));
+    EXPECT_NEAR(wide_loop.delay_m, narrow_loop.delay_m, 1e-9);
   }
-  EXPECT_LT(of_wide.delay_m, 25);
-  EXPECT_THROW((void)wide.follow(of_wide, paths, 0.1, kStrong_hz, 0), InputError);
-  EXPECT_THROW((void)wide.follow(of_wide, paths, 0.1, kStrong_hz, 1.5), InputError);
+  EXPECT_LT(wide_loop.delay_m, 25);
+  EXPECT_THROW((void)wide.follow(wide_loop, paths, 0.1, kStrong_hz, 0), InputError);
+  EXPECT_THROW((void)wide.follow(wide_loop, paths, 0.1, kStrong_hz, 1.5), InputError);
 }
 
 /// Powers of early and late with R = 1 - |tau|, both correlators on their side of the peak, h = 1 - d/2:

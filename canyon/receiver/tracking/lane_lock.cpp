@@ -168,9 +168,9 @@ void strongest_prompt(const Group& g, One& strongest, One& tau) {
 
 }  // namespace
 
-void LaneCodeLock::Paths::clear(std::size_t of_lanes) {
-  lanes = of_lanes;
-  stride = padded(of_lanes);
+void LaneCodeLock::Paths::clear(std::size_t lane_count) {
+  lanes = lane_count;
+  stride = padded(lane_count);
   delay_chips.clear();
   re.clear();
   im.clear();

@@ -31,7 +31,7 @@ class LaneCodeLock {
 
     [[nodiscard]] std::size_t size() const { return delay_chips.size(); }
     /// Removes all paths; keeps the capacity.
-    void clear(std::size_t of_lanes);
+    void clear(std::size_t lane_count);
     /// Appends a path without power; returns its index in the lists of lanes.
     std::size_t add(double at_chips);
   };

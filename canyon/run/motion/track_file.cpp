@@ -213,7 +213,7 @@ class TrackReader {
   /// Placemarks with a time and a Point, as trackers write each fix, in any order. Points next to a gx:Track,
   /// and a single one next to a LineString, are not the path.
   void read_kml_points() {
-    std::vector<TrackPoint> timed, untimed, of_placemark;
+    std::vector<TrackPoint> timed, untimed, placemark_points;
     TrackPoint stamp;
     std::string_view mode;
     bool view = false, track = false, point = false, is_span = false;
@@ -222,16 +222,16 @@ class TrackReader {
       const bool ends = tags.name.starts_with('/');
       const std::string_view name = tags.name.substr(ends ? 1 : 0);
       if (name == "Placemark") {
-        if (ends && stamp.time && is_span && !of_placemark.empty())
+        if (ends && stamp.time && is_span && !placemark_points.empty())
           report_.guess(tags.line(), "TimeSpan of a Point", "its begin is used");
-        if (ends && of_placemark.empty() && stamp.time && first_time == 0) first_time = tags.line();
-        for (TrackPoint& each : of_placemark) {
+        if (ends && placemark_points.empty() && stamp.time && first_time == 0) first_time = tags.line();
+        for (TrackPoint& each : placemark_points) {
           each.time = stamp.time;
           each.bad = each.bad || stamp.bad;
           each.segment = ++segments_;
           (stamp.time || stamp.bad ? timed : untimed).push_back(each);
         }
-        of_placemark.clear();
+        placemark_points.clear();
         stamp = {};
         mode = {};
       } else if (name == "LookAt" || name == "Camera") {
@@ -249,7 +249,7 @@ class TrackReader {
         mode = tags.content;
       } else if (point && tags.name == "coordinates") {
         const std::vector<TrackPoint> more = kml_points(tags, mode);
-        of_placemark.insert(of_placemark.end(), more.begin(), more.end());
+        placemark_points.insert(placemark_points.end(), more.begin(), more.end());
       }
     }
     const auto drop = [this](const std::vector<TrackPoint>& points, std::string_view what,

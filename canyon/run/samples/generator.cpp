@@ -67,8 +67,9 @@ class BandNoise {
 
 struct Generator::State {
   State(const receiver::ReceiverOptions& options, std::uint64_t seed,
-        const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const FrontEnd& of_samples, int threads)
-      : front_end(of_samples),
+        const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const FrontEnd& sample_front_end,
+        int threads)
+      : front_end(sample_front_end),
         arena(threads == 0 ? tbb::this_task_arena::max_concurrency()
                            : std::min(threads, tbb::this_task_arena::max_concurrency())) {
     front_end.validate();

@@ -110,11 +110,11 @@ bool follows(const PathAtEpoch& from, const PathAtEpoch& to, double length_s) {
 class Interpolator final : public PathInterpolator {
  public:
   Interpolator(const receiver::ReceiverOptions& receiver_options, std::uint64_t seed,
-               const std::map<gnss::System, gnss::Klobuchar>& coefficients, const FrontEnd& of_samples,
+               const std::map<gnss::System, gnss::Klobuchar>& coefficients, const FrontEnd& sample_front_end,
                double rate_hz)
       : options(receiver_options),
         klobuchar(coefficients),
-        front_end(of_samples),
+        front_end(sample_front_end),
         made_hz(rate_hz),
         model(options.signal, seed, options.name, receiver::stream_name(options)),
         run_key(RandomStream(seed, options.name + "/samples").next()) {

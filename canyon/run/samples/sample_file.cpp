@@ -139,10 +139,10 @@ std::uintmax_t SampleFile::expected_bytes() const {
 void SampleFile::write(const simulation::Epoch& epoch) {
   if (epoch.receiver != options_.receiver) return;
   if (!position_) position_ = epoch.truth.position;
-  clipped_ = of_epoch_ = 0;
+  clipped_ = epoch_fix_ = 0;
   generator_.next(epoch, [this](const SampleBlock& block, std::size_t samples) { put(block, samples); });
-  if (of_epoch_ > 0)
-    max_clipped_ = std::max(max_clipped_, static_cast<double>(clipped_) / static_cast<double>(of_epoch_));
+  if (epoch_fix_ > 0)
+    max_clipped_ = std::max(max_clipped_, static_cast<double>(clipped_) / static_cast<double>(epoch_fix_));
 }
 
 void SampleFile::put(const SampleBlock& block, std::size_t samples) {
@@ -152,7 +152,7 @@ void SampleFile::put(const SampleBlock& block, std::size_t samples) {
       clipped_ += std::abs(block.re[n]) > limit ? 1U : 0U;
       clipped_ += !front_end_.real && std::abs(block.im[n]) > limit ? 1U : 0U;
     }
-    of_epoch_ += (front_end_.real ? 1 : 2) * samples;
+    epoch_fix_ += (front_end_.real ? 1 : 2) * samples;
   }
   encoder_.encode(block, samples, gain_, bytes_);
   put_bytes(bytes_);

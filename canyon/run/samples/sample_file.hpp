@@ -123,7 +123,7 @@ class SampleFile final : public simulation::EpochSink {
   std::FILE* pipe_ = nullptr;
   std::string bytes_;
   std::uintmax_t samples_ = 0;
-  std::size_t clipped_ = 0, of_epoch_ = 0;
+  std::size_t clipped_ = 0, epoch_fix_ = 0;
   double max_clipped_ = 0;  ///< clipped fraction of the parts of an epoch, maximum
   std::optional<geodesy::Geodetic> position_;
 };

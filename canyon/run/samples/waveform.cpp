@@ -104,12 +104,12 @@ void Waveform::send(const Part& part, std::int64_t first, std::size_t count, flo
       for (std::int64_t i = 0; i < end - chip; ++i) to[i] += value * static_cast<float>(chips[i]);
     } else {
       for (std::int64_t i = chip; i < end; ++i) {
-        const float of_chip = value * static_cast<float>(chips[i - chip]);
+        const float chip_value = value * static_cast<float>(chips[i - chip]);
         const float* pattern = part.patterns.data() + (i - begin) % part.rows * slots_per_chip_;
         const std::int64_t at = i * slots_per_chip_ - first;
         const std::int64_t from = std::max<std::int64_t>(0, -at);
         const std::int64_t to = std::min(slots_per_chip_, n - at);
-        for (std::int64_t s = from; s < to; ++s) out[at + s] += of_chip * pattern[s];
+        for (std::int64_t s = from; s < to; ++s) out[at + s] += chip_value * pattern[s];
       }
     }
     chip = end;

@@ -142,7 +142,7 @@ void visit_base(options::Visitor& v, LiveConfig& config) {
   if (!v.wants(v.reads() ? v.has("base") : config.base() != nullptr)) return;
   ReceiverConfig base = config.base() != nullptr ? *config.base() : ReceiverConfig{};
   // East and north are relative to the host's origin, which LiveReceiver has.
-  const CityConfig of_host;
+  const CityConfig host_city;
   v.section("base", [&] {
     std::optional<std::string> name;
     if (!v.reads()) name = base.options.name;
@@ -152,7 +152,7 @@ void visit_base(options::Visitor& v, LiveConfig& config) {
     visit_profile(v, base);
     if (v.reads()) base.options.name = name.value_or("base");
     if (v.reads()) v.require("fixed", "give its position: fixed: {east_m: ..., north_m: ..., up_m: ...}");
-    visit_fixed(v, base.fixed, of_host);
+    visit_fixed(v, base.fixed, host_city);
     if (!v.reads()) return;
     base.options.independent_noise = true;
     config.receivers.resize(1);

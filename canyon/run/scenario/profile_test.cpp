@@ -168,9 +168,9 @@ TEST(Profile, TracksWhatTheHardwareReceivesAtOnce) {
   const receiver::ReceiverOptions m10 = built_in("ublox-m10").receiver.options;
   receiver::ReceiverOptions chosen = m10;
   chosen.choose_signals({});
-  const auto of_beidou = receiver::tracked_signals(chosen.tracks, gnss::System::BeiDou);
-  ASSERT_EQ(of_beidou.size(), 1U);
-  EXPECT_EQ(of_beidou.front()->name, "B1C");
+  const auto beidou_signals = receiver::tracked_signals(chosen.tracks, gnss::System::BeiDou);
+  ASSERT_EQ(beidou_signals.size(), 1U);
+  EXPECT_EQ(beidou_signals.front()->name, "B1C");
 
   const receiver::ReceiverOptions m8t = built_in("ublox-m8t").receiver.options;
   const gnss::SatelliteId gps{gnss::System::GPS, 5}, glonass{gnss::System::GLONASS, 3},

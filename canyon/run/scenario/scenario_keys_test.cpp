@@ -366,7 +366,7 @@ TEST(ReceiverKeys, DefaultsOfTheTableAreThoseOfTheStructs) {
 
 TEST(ReceiverKeys, EachKeySetsAFieldOfItsOwn) {
   const std::vector<std::string> plain = lines_of(options::exact_text(ReceiverConfig()));
-  const auto of_world = std::count_if(plain.begin(), plain.end(), [](const std::string& line) {
+  const auto world_entry = std::count_if(plain.begin(), plain.end(), [](const std::string& line) {
     return line.starts_with("signal.shadowing.");  // of a scenario, not of a profile
   });
   std::set<std::string> changed_by_any;
@@ -389,7 +389,7 @@ TEST(ReceiverKeys, EachKeySetsAFieldOfItsOwn) {
     EXPECT_TRUE(std::find(where.begin(), where.end(), key.path) != where.end()) << key.path;
     changed_by_any.insert(where.begin(), where.end());
   }
-  EXPECT_EQ(changed_by_any.size() + static_cast<std::size_t>(of_world), plain.size())
+  EXPECT_EQ(changed_by_any.size() + static_cast<std::size_t>(world_entry), plain.size())
       << "a field that no key sets";
 }
 

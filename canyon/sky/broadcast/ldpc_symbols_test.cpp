@@ -215,10 +215,10 @@ class LdpcSymbols : public testing::Test {
   }
   /// The information of a code word that passes its checks.
   static Bits decoded(LdpcCode code, const Bits& word) {
-    const auto of_code =
+    const auto code_symbols =
         std::find_if(kCodes.begin(), kCodes.end(), [&](const Code& c) { return c.code == code; });
-    EXPECT_EQ(word.size(), 2 * of_code->checks * of_code->symbol_bits);
-    EXPECT_EQ(broken_checks(parity_checks(code), of_code->symbol_bits, word), 0);
+    EXPECT_EQ(word.size(), 2 * code_symbols->checks * code_symbols->symbol_bits);
+    EXPECT_EQ(broken_checks(parity_checks(code), code_symbols->symbol_bits, word), 0);
     Bits information;
     for (std::size_t i = 0; i < word.size() / 2; ++i) information.put(word[i] ? 1 : 0, 1);
     return information;

@@ -26,9 +26,10 @@ SystemMessage system_message(const gnss::NavigationData& navigation, System syst
 }
 
 MessagePace pace_of(gnss::SatelliteId id, const gnss::Signal& signal, GpsTime t) {
-  const auto pace = [](MessageKind kind, std::int64_t offset_s, std::int64_t period_s, std::int64_t of_frame,
-                       std::uint32_t needed) {
-    return MessagePace{kind, offset_s * kSecond, period_s * kSecond, period_s * kSecond, of_frame, needed};
+  const auto pace = [](MessageKind kind, std::int64_t offset_s, std::int64_t period_s,
+                       std::int64_t frame_messages, std::uint32_t needed) {
+    return MessagePace{kind,  offset_s * kSecond, period_s * kSecond, period_s * kSecond, frame_messages,
+                       needed};
   };
   constexpr std::int64_t kBdt_s = geodesy::kBdtSecondsOffset;
   switch (id.system) {
@@ -58,7 +59,7 @@ MessagePace pace_of(gnss::SatelliteId id, const gnss::Signal& signal, GpsTime t)
 
 CurrentMessage position_of(const MessagePace& pace, GpsTime t) {
   const std::int64_t k = floor_div(t.nanoseconds() - pace.offset, pace.period);
-  const std::int64_t first = floor_div(k, pace.of_frame) * pace.of_frame;
+  const std::int64_t first = floor_div(k, pace.frame_messages) * pace.frame_messages;
   const auto start = [&](std::int64_t i) { return GpsTime::from_nanoseconds(pace.offset + i * pace.period); };
   return {start(k), start(first), static_cast<int>(k - first)};
 }
@@ -99,7 +100,7 @@ std::uint32_t unsent_ephemeris(gnss::SatelliteId id, const gnss::Signal& signal,
   for (std::int64_t k = 0; pace.needed >> k != 0; ++k) {
     if ((pace.needed >> k & 1U) == 0) continue;
     // The last completed one.
-    const std::int64_t first = pace.offset + k * pace.period, frame = pace.of_frame * pace.period;
+    const std::int64_t first = pace.offset + k * pace.period, frame = pace.frame_messages * pace.period;
     const std::int64_t start = first + floor_div(to.nanoseconds() - first - pace.duration, frame) * frame;
     if (start < from.nanoseconds()) unsent |= 1U << k;
   }

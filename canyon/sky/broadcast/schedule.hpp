@@ -42,7 +42,7 @@ enum class MessageKind { Lnav, Cnav, Cnav2, Inav, Fnav, D1, D2, Bcnav1, Bcnav2, 
 struct MessagePace {
   MessageKind kind = MessageKind::Lnav;
   std::int64_t offset = 0, period = 0, duration = 0;
-  std::int64_t of_frame = 0;  ///< messages per repetition, with one ephemeris
+  std::int64_t frame_messages = 0;  ///< messages per repetition, with one ephemeris
   /// Messages of an ephemeris, by index in the frame, one bit each. LNAV: subframes 1 to 3. D1: likewise;
   /// D2: ten pages. I/NAV: words 1 to 5. F/NAV: pages 1 to 4. GLONASS: strings 1 to 4, the immediate data.
   /// SBAS: message 9, once in 120 s (RTCA DO-229, A.4.4). CNAV-2 and B-CNAV1: a frame of 18 s (IS-GPS-800

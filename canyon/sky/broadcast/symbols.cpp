@@ -158,10 +158,10 @@ Bits bcnav1_frame(const gnss::KeplerEphemeris& e, const SystemMessage& message, 
   const Bits third = ldpc_encoded(LdpcCode::Bcnav1Subframe3, bcnav1_subframe3(e, message, start));
   constexpr std::size_t kRows = 36, kColumns = 48;
   Bits rows;
-  for (std::size_t row = 0, of_second = 0, of_third = 0; row < kRows; ++row) {
+  for (std::size_t row = 0, second_row = 0, third_row = 0; row < kRows; ++row) {
     const bool last = row % 3 == 2 && row < 33;
-    rows.put(last ? third.number(kColumns * of_third++, kColumns)
-                  : second.number(kColumns * of_second++, kColumns),
+    rows.put(last ? third.number(kColumns * third_row++, kColumns)
+                  : second.number(kColumns * second_row++, kColumns),
              kColumns);
   }
   Bits bits = cyclic(static_cast<std::uint64_t>(e.id.number), 6, 0b101'0111, 21);

@@ -110,7 +110,7 @@ void set_delays(const std::vector<const gnss::SignalDelays*>& delays, GpsTime t,
 
 // Result of `f` for a record of a satellite.
 template <typename F>
-auto of_record(const gnss::NavigationData& data, gnss::SatelliteId id, const Entry& entry, F f) {
+auto record_value(const gnss::NavigationData& data, gnss::SatelliteId id, const Entry& entry, F f) {
   const auto record = static_cast<std::size_t>(entry.record);
   if (id.system == gnss::System::GLONASS) return f(data.glonass[record]);
   if (id.system == gnss::System::SBAS) return f(data.sbas[record]);
@@ -279,9 +279,10 @@ std::optional<SatelliteState> BroadcastSky::state(gnss::SatelliteId id, GpsTime 
   const Entry* entry = Index::choose(*satellite, t, options_.allow_stale).entry;
   if (entry == nullptr || (!entry->healthy && !options_.allow_unhealthy)) return std::nullopt;
   const auto record = static_cast<std::size_t>(entry->record);
-  SatelliteState state = id.system == gnss::System::GLONASS
-                             ? glonass_[record].propagate(data_.glonass[record], t)
-                             : of_record(data_, id, *entry, [t](const auto& e) { return propagate(e, t); });
+  SatelliteState state =
+      id.system == gnss::System::GLONASS
+          ? glonass_[record].propagate(data_.glonass[record], t)
+          : record_value(data_, id, *entry, [t](const auto& e) { return propagate(e, t); });
   set_delays(satellite->delays, t, state);
   return state;
 }
@@ -293,7 +294,7 @@ std::string BroadcastSky::source(gnss::SatelliteId id, GpsTime t) const {
   const Entry& entry = choice.entry != nullptr ? *choice.entry : *Index::closest(*satellite, t);
 
   const auto file =
-      static_cast<std::size_t>(of_record(data_, id, entry, [](const auto& e) { return e.source; }));
+      static_cast<std::size_t>(record_value(data_, id, entry, [](const auto& e) { return e.source; }));
   std::string text = file < data_.sources.size() ? data_.sources[file] + ", " : std::string();
   if (id.system == gnss::System::Galileo)
     text += is_galileo_fnav(data_.kepler[static_cast<std::size_t>(entry.record)]) ? "F/NAV, " : "I/NAV, ";
@@ -307,7 +308,7 @@ std::string BroadcastSky::source(gnss::SatelliteId id, GpsTime t) const {
     return fmt::format("none: the closest ephemeris is {}; allow_stale: true uses it ({})", limit, text);
   if (choice.stale) text += ", stale: " + limit;
   if (!entry.healthy) {
-    const int health = of_record(data_, id, entry, [](const auto& e) { return e.health; });
+    const int health = record_value(data_, id, entry, [](const auto& e) { return e.health; });
     text +=
         health == 0 ? ", unhealthy (no accuracy prediction)" : fmt::format(", unhealthy (health {})", health);
     if (!options_.allow_unhealthy) text = "none: " + text;

@@ -55,10 +55,10 @@ Apart apart(const std::shared_ptr<const Sky>& sky, geodesy::GpsTime from) {
 }
 
 TEST(CarriedSky, IsTheSkyWithinMicrometres) {
-  const Apart of_ellipses = apart(nominal(), kTime);
-  EXPECT_LT(of_ellipses.position_m, 4e-6);
-  EXPECT_LT(of_ellipses.velocity_mps, 3e-5);
-  EXPECT_LT(of_ellipses.clock_s, 1e-16);
+  const Apart ellipse_error = apart(nominal(), kTime);
+  EXPECT_LT(ellipse_error.position_m, 4e-6);
+  EXPECT_LT(ellipse_error.velocity_mps, 3e-5);
+  EXPECT_LT(ellipse_error.clock_s, 1e-16);
   const auto messages = std::make_shared<BroadcastSky>(
       rinex::read_rinex_navigation(TextFile::from_string(test::kRinex3Sample, "sample.rnx")));
   const Apart sent = apart(messages, messages->span().first);

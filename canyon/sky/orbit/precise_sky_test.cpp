@@ -50,7 +50,7 @@ struct MadeUp {
   std::map<int, bool> bad_position;
   std::map<int, bool> missing;
   std::map<int, int> minutes;  ///< as in the epoch line
-  std::map<int, int> of_time;  ///< minutes of the position
+  std::map<int, int> by_time;  ///< minutes of the position
   std::string satellite = "G07";
   int decimals = 6;  ///< of coordinates
 
@@ -71,7 +71,7 @@ struct MadeUp {
         const auto at = of.find(k);
         return at == of.end() ? otherwise : at->second;
       };
-      Eigen::Vector3d p = circle(60.0 * value(of_time, 15 * k)) / 1e3;
+      Eigen::Vector3d p = circle(60.0 * value(by_time, 15 * k)) / 1e3;
       if (bad_position.count(k) != 0) p.setZero();
       const auto own_clock = clock.find(k);
       text += fmt::format(
@@ -215,7 +215,7 @@ TEST(PreciseSky, SaysWhatTheHeaderSaysOtherwise) {
       ::testing::ElementsAre(StartsWith("made-up.sp3:1: the header declares 96 epochs, but 40 were read")));
   // Two days joined by cat.
   MadeUp second;
-  for (int k = 0; k < 40; ++k) second.minutes[k] = second.of_time[k] = 15 * (40 + k);
+  for (int k = 0; k < 40; ++k) second.minutes[k] = second.by_time[k] = 15 * (40 + k);
   const PreciseSky both(TextFile::from_string(good + second.text(), "made-up.sp3"));
   EXPECT_EQ(both.span().second, kFirst + 79 * 900.0);
 }

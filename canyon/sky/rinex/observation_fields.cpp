@@ -310,11 +310,11 @@ HeaderRecords::Result HeaderRecords::scale_factor(std::string_view line) {
 }
 
 double HeaderRecords::factor(char system, const std::string& type) const {
-  const auto of_system = factors_.find(system);
-  if (of_system == factors_.end()) return 1;
-  auto found = of_system->second.find(type);
-  if (found == of_system->second.end()) found = of_system->second.find("");
-  return found == of_system->second.end() ? 1 : found->second;
+  const auto system_entry = factors_.find(system);
+  if (system_entry == factors_.end()) return 1;
+  auto found = system_entry->second.find(type);
+  if (found == system_entry->second.end()) found = system_entry->second.find("");
+  return found == system_entry->second.end() ? 1 : found->second;
 }
 
 HeaderRecords::Result HeaderRecords::glonass_slots(std::string_view line) {

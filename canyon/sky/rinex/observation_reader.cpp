@@ -138,12 +138,12 @@ struct RinexObservationReader::Impl {
       if (!wanted[index]) continue;
       const std::span<const gnss::Signal> signals = gnss::signals_of(system);
       for (const gnss::Signal& signal : signals.first(options.all_signals ? signals.size() : 1)) {
-        SignalColumns& of_signal = columns[index].emplace_back(SignalColumns{&signal, {}});
+        SignalColumns& signal_entry = columns[index].emplace_back(SignalColumns{&signal, {}});
         for (const std::string& code : wanted_codes(options, signal, records.header().version)) {
           const Columns found = columns_of(system, code);
-          if (found.at[0] >= 0) of_signal.codes.push_back(found);
+          if (found.at[0] >= 0) signal_entry.codes.push_back(found);
         }
-        if (of_signal.codes.empty()) columns[index].pop_back();
+        if (signal_entry.codes.empty()) columns[index].pop_back();
         any = any || !columns[index].empty();
       }
     }
@@ -330,7 +330,7 @@ struct RinexObservationReader::Impl {
   }
 
   void read_satellites(std::size_t count, bool taken, ObservationEpoch& epoch) {
-    for (auto& of_system : seen) of_system.fill(false);
+    for (auto& system_entry : seen) system_entry.fill(false);
     for (std::size_t i = 0; i < count; ++i) {
       std::array<char, 3> name{};
       bool whole = true;
@@ -393,12 +393,12 @@ struct RinexObservationReader::Impl {
     if (std::exchange(seen[system][id->number], true))
       return damaged(line, fmt::format("{} twice in one epoch", gnss::to_string(*id)));
     const std::size_t before = epoch.signals.size();
-    for (const SignalColumns& of_signal : columns[system]) {
+    for (const SignalColumns& signal_entry : columns[system]) {
       std::optional<ObservedSignal> best;
-      for (const Columns& c : of_signal.codes) {
+      for (const Columns& c : signal_entry.codes) {
         ObservedSignal signal;
         signal.id = *id;
-        signal.signal = of_signal.signal;
+        signal.signal = signal_entry.signal;
         const auto measured = read_signal(c, line, signal);
         if (!measured) {
           epoch.signals.resize(before);

@@ -28,7 +28,7 @@ constexpr double kBlock_s = 60;
 constexpr int kResamples = 60;
 
 /// Adds all systems other than the recorded ones: the receiver may have systems that the profile leaves out.
-simulation::ReceiverConfig of_all_systems(simulation::ReceiverConfig receiver) {
+simulation::ReceiverConfig with_all_systems(simulation::ReceiverConfig receiver) {
   receiver.options.tracks.clear();
   receiver.options.leaves_out.clear();
   receiver.options.fix_input.uses.clear();
@@ -76,7 +76,7 @@ Calibration calibrate(const std::vector<Drive>& drives, const CalibrateOptions& 
       if (options.progress) options.progress(drive.name + ": satellites in clear view", done, epochs);
     };
     const validation::Comparison comparison =
-        validation::compare(drive.recording, of_all_systems(drive.receiver), *drive.environment,
+        validation::compare(drive.recording, with_all_systems(drive.receiver), *drive.environment,
                             drive.registration, drive.seed, compare);
     recorded.push_back(observed(comparison));
     skies.push_back(drive.systems);

@@ -142,8 +142,8 @@ constexpr std::size_t kHiddenClasses = 4;
 /// A drive's observations, recorded and simulated at the nodes.
 struct Observations {
   Classes recorded{};
-  std::vector<Classes> of_nodes;  ///< of all seeds
-  double weight = 1;              ///< of one epoch
+  std::vector<Classes> node_classes;  ///< of all seeds
+  double weight = 1;                  ///< of one epoch
 };
 
 /// The class of a satellite, hidden ones first.
@@ -258,7 +258,8 @@ class Grid {
           node = node * axes_.at(a).nodes.size() + below + (upper && fraction > 0 ? 1 : 0);
         }
         if (weight == 0) continue;
-        for (std::size_t c = 0; c < model.size(); ++c) model.at(c).add(drive.of_nodes[node].at(c), weight);
+        for (std::size_t c = 0; c < model.size(); ++c)
+          model.at(c).add(drive.node_classes[node].at(c), weight);
       }
       for (std::size_t c = 0; c < model.size(); ++c)
         sum += log_likelihood(drive.recorded.at(c), model.at(c), drive.weight, c < kHiddenClasses);
@@ -289,7 +290,7 @@ class Grid {
 class NodeRun {
  public:
   NodeRun(const FitDrive& of, const Grid& grid, const Values& known, const CalibrateOptions& options)
-      : of_(of),
+      : fit_drive_(of),
         drive_(*of.drive),
         grid_(grid),
         known_(known),
@@ -297,7 +298,7 @@ class NodeRun {
         in_city_(grid.points().size() / grid.axes().at(kFacades).nodes.size()) {}
 
   Observations run() {
-    observations_.of_nodes.resize(grid_.points().size());
+    observations_.node_classes.resize(grid_.points().size());
     for (std::size_t node = 0; node < grid_.points().size(); node += in_city_)
       if (in_city_ == grid_.points().size())
         run_city(node, *drive_.environment);
@@ -328,7 +329,7 @@ class NodeRun {
       }
       validation::CompareOptions compare;
       compare.threads = options_.threads;
-      compare.leave_out = of_.leave_out;
+      compare.leave_out = fit_drive_.leave_out;
       compare.progress = [&](std::size_t done, std::size_t) {
         if (!options_.progress) return;
         const std::size_t before = first_node * static_cast<std::size_t>(options_.seeds) + first;
@@ -341,12 +342,12 @@ class NodeRun {
            validation::compare(drive_.recording, seeded, environment, drive_.registration, compare)) {
         if (first_node + k == 0) add_side(comparison, validation::Side::Measured, observations_.recorded);
         add_side(comparison, validation::Side::Simulated,
-                 observations_.of_nodes[first_node + k++ % in_city_]);
+                 observations_.node_classes[first_node + k++ % in_city_]);
       }
     }
   }
 
-  const FitDrive& of_;
+  const FitDrive& fit_drive_;
   const Drive& drive_;
   const Grid& grid_;
   const Values& known_;

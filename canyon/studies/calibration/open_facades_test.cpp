@@ -12,9 +12,9 @@ TEST(OpenFacades, CitiesAreDrawnWithTheirShareOfCoatedGlass) {
     sampled.push_back(scenario.city.facades.fractions.at("coated_glass"));
     return std::unique_ptr<simulation::Environment>();
   };
-  simulation::Scenario of_mesh;
-  of_mesh.city.source = simulation::MeshCity{};
-  const std::vector<Facades> facades = open_facades(of_mesh, draw);
+  simulation::Scenario mesh_scenario;
+  mesh_scenario.city.source = simulation::MeshCity{};
+  const std::vector<Facades> facades = open_facades(mesh_scenario, draw);
   ASSERT_EQ(facades.size(), 3U);
   EXPECT_THAT(sampled, testing::IsEmpty()) << "before they are needed";
   for (const Facades& each : facades) {

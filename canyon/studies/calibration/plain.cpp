@@ -45,8 +45,8 @@ std::string list_of(const std::vector<std::string>& items) {
   return fmt::format("[{}]", fmt::join(items, ", "));
 }
 
-Estimate of_lists(const char* key, const std::vector<std::string>& before,
-                  const std::vector<std::string>& after, std::string basis) {
+Estimate list_estimate(const char* key, const std::vector<std::string>& before,
+                       const std::vector<std::string>& after, std::string basis) {
   return {key,
           {},
           list_of(before),
@@ -114,9 +114,9 @@ void add_leaves_out(std::span<const Observed> recorded, std::span<const std::set
     if (std::find(after.begin(), after.end(), name) == after.end()) after.push_back(name);
     basis.push_back(fmt::format("{} never recorded", name));
   }
-  result.add(of_lists("leaves_out", receiver.options.leaves_out, after,
-                      basis.empty() ? "every group that is high and clear for a minute is tracked"
-                                    : fmt::format("{}", fmt::join(basis, "; "))));
+  result.add(list_estimate("leaves_out", receiver.options.leaves_out, after,
+                           basis.empty() ? "every group that is high and clear for a minute is tracked"
+                                         : fmt::format("{}", fmt::join(basis, "; "))));
 }
 
 /// A reported C/N0 and its epoch, counted over all recordings.
@@ -174,7 +174,7 @@ Estimate threshold_of(const std::vector<ReportedCn0>& all, double fraction, cons
   for (const auto& weights : sample_count) {
     std::vector<double> values;
     for (const ReportedCn0& s : all) values.insert(values.end(), weights[s.epoch], s.cn0_dbhz);
-    if (const auto of_draw = quantile(values, fraction)) sampled.push_back(*of_draw);
+    if (const auto sample_quantile = quantile(values, fraction)) sampled.push_back(*sample_quantile);
   }
   constexpr double kHalfStep = 0.5;  // reported C/N0 are steps of a decibel
   judge(estimate, before, *value, quantile(sampled, 0.025).value_or(*value) - kHalfStep,
@@ -230,8 +230,9 @@ void add_tracked(std::span<const Observed> recorded, std::span<const std::set<gn
     }
   }
   if (logged.empty()) after = receiver.options.tracks;
-  result.add(of_lists("tracks", receiver.options.tracks, after,
-                      logged.empty() ? "the recorded signals" : fmt::format("{}", fmt::join(logged, "; "))));
+  result.add(
+      list_estimate("tracks", receiver.options.tracks, after,
+                    logged.empty() ? "the recorded signals" : fmt::format("{}", fmt::join(logged, "; "))));
   add_leaves_out(recorded, skies, counts, receiver, result);
 }
 

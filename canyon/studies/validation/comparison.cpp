@@ -123,11 +123,11 @@ class Comparer {
     compared.fix.simulated = fix_error(single, epoch);
     if (result_.filtered) compared.filter.simulated = fix_error(observed.fix, epoch);
     // Both ascend; systems that the receiver does not track are only in the views.
-    auto of_satellite = views.begin();
+    auto satellite_value = views.begin();
     for (const receiver::SatelliteObservation& o : observed.satellites) {
-      while (of_satellite->line.id < o.id) ++of_satellite;
+      while (satellite_value->line.id < o.id) ++satellite_value;
       if (!o.above_mask) continue;
-      ComparedSatellite& s = result_.satellites.emplace_back(simulated_part(*of_satellite, o));
+      ComparedSatellite& s = result_.satellites.emplace_back(simulated_part(*satellite_value, o));
       s.used.simulated = std::binary_search(single.used.begin(), single.used.end(), s.id);
     }
     compared.count = result_.satellites.size() - compared.first;

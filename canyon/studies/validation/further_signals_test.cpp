@@ -137,29 +137,29 @@ TEST(FurtherSignals, EmittedRecordingIsJudgedAsItsOwn) {
   std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, geodesy::GpsTime> since;
   each_recorded(recorded, comparison, [&](std::size_t, gnss::SatelliteId id, const auto& signal) {
     if (!signal.measurement) return;
-    Known& of_signal = known[signal.signal];
-    ++of_signal.observations;
+    Known& signal_entry = known[signal.signal];
+    ++signal_entry.observations;
     if (!signal.measurement->carrier_phase_cycles) return;
-    ++of_signal.with_phase;
+    ++signal_entry.with_phase;
     const auto [at, first] = since.try_emplace({id, signal.signal}, *signal.measurement->phase_since);
-    if (!first && at->second != *signal.measurement->phase_since) ++of_signal.slips;
+    if (!first && at->second != *signal.measurement->phase_since) ++signal_entry.slips;
     at->second = *signal.measurement->phase_since;
   });
 
   const ModelMetrics f = all_metrics(comparison);
   ASSERT_EQ(f.signals.size(), 6U);
   for (const SignalMetrics& s : f.signals) {
-    const Known& of_signal = known[s.signal];
+    const Known& signal_entry = known[s.signal];
     const PhaseMetrics& phase = s.phase.measured;
     std::printf(
         "%-12s KS of errors %.3f %.3f, of C/N0 %.3f %.3f; slips %zu and %zu; noise %.2f and %.2f mm LOS\n",
         s.name().c_str(), s.error_los_m.ks.value(), s.error_nlos_m.ks.value(), s.cn0_los_dbhz.ks.value(),
         s.cn0_nlos_dbhz.ks.value(), phase.slips, s.phase.simulated.slips, 1e3 * *phase.los.noise_m,
         1e3 * *s.phase.simulated.los.noise_m);
-    EXPECT_EQ(phase.slips, of_signal.slips) << s.name();
-    EXPECT_EQ(phase.los.with_phase + phase.nlos.with_phase, of_signal.with_phase) << s.name();
-    EXPECT_EQ(phase.los.observations + phase.nlos.observations, of_signal.observations) << s.name();
-    EXPECT_EQ(phase.time_s, static_cast<double>(of_signal.with_phase)) << "at 1 Hz";
+    EXPECT_EQ(phase.slips, signal_entry.slips) << s.name();
+    EXPECT_EQ(phase.los.with_phase + phase.nlos.with_phase, signal_entry.with_phase) << s.name();
+    EXPECT_EQ(phase.los.observations + phase.nlos.observations, signal_entry.observations) << s.name();
+    EXPECT_EQ(phase.time_s, static_cast<double>(signal_entry.with_phase)) << "at 1 Hz";
     EXPECT_GT(phase.slips, 20U) << s.name();
     EXPECT_NEAR(static_cast<double>(s.phase.simulated.slips), static_cast<double>(phase.slips),
                 5 * std::sqrt(static_cast<double>(phase.slips)));

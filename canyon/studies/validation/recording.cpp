@@ -239,9 +239,9 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
   // NMEA has times of day: the recording has the date.
   const GpsTime first = recorded.epochs.front().receiver_time, last = recorded.epochs.back().receiver_time;
   const bool file = !truth.empty();
-  const bool of_day =
+  const bool is_time_of_day =
       file && (truth_format.empty() ? simulation::trajectory_format_of(truth) : truth_format) == "nmea";
-  const GpsTime start = scenario.start.value_or(of_day ? first : GpsTime{});
+  const GpsTime start = scenario.start.value_or(is_time_of_day ? first : GpsTime{});
   const double geoid_m = environment.city().geoid_undulation_m;
   const simulation::TrajectoryConfig& route = scenario.trajectory;
   if (!file && route.waypoints.size() != 1) throw InputError("there is neither a truth nor a position");

@@ -384,9 +384,9 @@ bool is_passage(const TagMap& tags) {
 }
 
 std::string reason_to_leave_out(const TagMap& tags, std::string_view value) {
-  const auto has_tag = [&](const auto& words, const auto& of_own) {
+  const auto has_tag = [&](const auto& words, const auto& base_words) {
     return std::any_of(words.begin(), words.end(), [&](std::string_view word) {
-      return value == word || of_own(tag(tags, std::string(word).c_str()));
+      return value == word || base_words(tag(tags, std::string(word).c_str()));
     });
   };
   if (has_tag(kGoneValues,

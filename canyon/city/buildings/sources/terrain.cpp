@@ -50,7 +50,7 @@ Terrain::Terrain(std::unique_ptr<Impl> impl, const std::string& note) : impl_(st
   impl_->notes.add_line(ReadReport::Level::Remark, note);
 }
 
-Terrain Terrain::of_relief(const std::vector<MapSurface>& relief) {
+Terrain Terrain::from_relief(const std::vector<MapSurface>& relief) {
   auto impl = std::make_unique<Impl>();
   impl->relief.emplace(relief);
   const std::string note =

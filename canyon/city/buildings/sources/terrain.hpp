@@ -26,7 +26,7 @@ class Terrain {
   /// georeference, no height band, a vertical datum without an installed grid or a given undulation.
   explicit Terrain(const std::vector<std::filesystem::path>& rasters, TerrainOptions options = {});
   /// The relief of a city model, MapData::relief.
-  [[nodiscard]] static Terrain of_relief(const std::vector<MapSurface>& relief);
+  [[nodiscard]] static Terrain from_relief(const std::vector<MapSurface>& relief);
   ~Terrain();
   Terrain(Terrain&&) noexcept;
 

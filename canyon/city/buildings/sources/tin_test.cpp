@@ -45,7 +45,7 @@ TEST(Tin, GapsHaveTheHeightOfTheNearestCorner) {
 }
 
 TEST(Tin, TerrainOfAReliefHasItsTrianglesFrontSidesUp) {
-  const Terrain terrain = Terrain::of_relief(sheet(3));
+  const Terrain terrain = Terrain::from_relief(sheet(3));
   city::Mesh mesh;
   const geodesy::LocalFrame frame(geodesy::Geodetic::from_degrees(50.0015, 10.0015, 100));
   terrain.append(mesh, frame, {-1000, -1000}, {1000, 1000}, 20);

@@ -215,10 +215,10 @@ UbxCommands::Reply UbxCommands::message_rate(std::string_view payload, std::stri
     answer += frame(0x0601, p.u1(0).bytes());
     return Reply::Acknowledge;
   }
-  const bool of_own = payload.size() == 3;
-  for (int port = of_own ? kOwnPort : 0; port < (of_own ? kOwnPort + 1 : kPorts); ++port) {
+  const bool base_words = payload.size() == 3;
+  for (int port = base_words ? kOwnPort : 0; port < (base_words ? kOwnPort + 1 : kPorts); ++port) {
     const auto key = settings.rate_key(id, port);
-    const std::uint64_t rate = number_at(payload, of_own ? 2 : 2 + static_cast<std::size_t>(port), 1);
+    const std::uint64_t rate = number_at(payload, base_words ? 2 : 2 + static_cast<std::size_t>(port), 1);
     if (key && !settings.set(*key, rate)) return Reply::Refuse;
   }
   return Reply::Acknowledge;

@@ -57,8 +57,8 @@ std::array<double, 2> heights_of(const UbxEpoch& epoch) {
 /// Position fix flags. A rover of a moving base reports the kind of the baseline vector, though its position
 /// is single (ZED-F9P Integration Manual, "RTK rover mode output in messages").
 std::uint8_t flags_of(const positioning::Fix& fix) {
-  const bool of_vector = fix.measured() && fix.baseline && fix.baseline->moving_base;
-  return codes_of(of_vector ? fix.baseline->kind : fix.kind()).ubx_flags;
+  const bool is_moving_baseline = fix.measured() && fix.baseline && fix.baseline->moving_base;
+  return codes_of(is_moving_baseline ? fix.baseline->kind : fix.kind()).ubx_flags;
 }
 
 /// lastCorrectionAge: 0 unknown, n from the (n-1)th of these ages on.

@@ -30,11 +30,11 @@ const gnss::Signal* signal_of(gnss::SatelliteId id, int number) {
 TEST(SignalNumber, OfGeostationarySatellitesIsThatOfD2) {
   const gnss::SatelliteId medium{gnss::System::BeiDou, 27}, inclined{gnss::System::BeiDou, 9},
       geostationary{gnss::System::BeiDou, 3};
-  for (const auto& [number, of_d2] : {std::pair{0, 1}, {2, 3}, {4, 10}}) {
+  for (const auto& [number, d2_number] : {std::pair{0, 1}, {2, 3}, {4, 10}}) {
     const gnss::Signal* signal = signal_of(medium, number);
     ASSERT_NE(signal, nullptr);
     EXPECT_EQ(signal_number(inclined, *signal), number);
-    EXPECT_EQ(signal_number(geostationary, *signal), of_d2);
+    EXPECT_EQ(signal_number(geostationary, *signal), d2_number);
   }
   EXPECT_EQ(signal_number(geostationary, *signal_of(medium, 5)), 5) << "B1C";
   const gnss::SatelliteId gps{gnss::System::GPS, 4};

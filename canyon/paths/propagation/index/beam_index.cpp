@@ -134,12 +134,12 @@ CANYON_CLONES void make_caps(const FloatBeam& beam, const EightFacets& __restric
     facet_part[i] = static_cast<float>(static_cast<int>((f.radius[i] + b.room) * inverse[i] < b.sine));
   }
   for (std::size_t i = 0; i < kLanes; ++i) {
-    const float of_facet = facet_part[i], of_beam = 1 - of_facet;
-    const float sine = of_facet * (f.radius[i] + b.room) * inverse[i] + of_beam * b.sine;
-    const float scale = of_facet * inverse[i];
-    const float ax = scale * (f.x[i] - b.x) + of_beam * b.axis_x;
-    const float ay = scale * (f.y[i] - b.y) + of_beam * b.axis_y;
-    const float az = scale * (f.z[i] - b.z) + of_beam * b.axis_z;
+    const float facet_part_of = facet_part[i], beam_part = 1 - facet_part_of;
+    const float sine = facet_part_of * (f.radius[i] + b.room) * inverse[i] + beam_part * b.sine;
+    const float scale = facet_part_of * inverse[i];
+    const float ax = scale * (f.x[i] - b.x) + beam_part * b.axis_x;
+    const float ay = scale * (f.y[i] - b.y) + beam_part * b.axis_y;
+    const float az = scale * (f.z[i] - b.z) + beam_part * b.axis_z;
     const float twice = 2 * (ax * f.nx[i] + ay * f.ny[i] + az * f.nz[i]);
     caps.x[i] = ax - twice * f.nx[i];
     caps.y[i] = ay - twice * f.ny[i];

@@ -99,9 +99,9 @@ double rounded_edge_loss_db(double radius_m, double leg_m, double bending_rad, d
                      "give an angle from 0 to pi and a distance above 0 m");
   const double k = std::cbrt(kPi * radius_m / wavelength_m);
   const double m = radius_m / (leg_m * k), mn = bending_rad * k, root = std::sqrt(m);
-  const double of_radius = 7.2 * root - 2 * m + 3.6 * m * root - 0.8 * m * m;
-  const double of_angle = mn <= 4 ? 12.5 * mn : 17 * mn - 6 - 20 * std::log10(mn);
-  return std::max(0.0, of_radius + of_angle);
+  const double radius_term = 7.2 * root - 2 * m + 3.6 * m * root - 0.8 * m * m;
+  const double angle_term = mn <= 4 ? 12.5 * mn : 17 * mn - 6 - 20 * std::log10(mn);
+  return std::max(0.0, radius_term + angle_term);
 }
 
 double signed_knife_edge_nu(double excess_m, double wavelength_m, bool blocked) {

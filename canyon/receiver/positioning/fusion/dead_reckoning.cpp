@@ -170,7 +170,7 @@ struct DeadReckoning::State {
   }
 
   /// The innovation of a fix's position, and its velocity's: of the antenna, `ahead_s` after the state.
-  [[nodiscard]] Innovation<3> of_position(const Fix& fix, double ahead_s) const {
+  [[nodiscard]] Innovation<3> position_innovation(const Fix& fix, double ahead_s) const {
     const Matrix3d c = estimate->state.rotation();
     const Vector3d arm = c * mounting.antenna_m;
     const Matrix3d enu = geodesy::enu_from_ecef_rotation(fix.position);
@@ -184,7 +184,7 @@ struct DeadReckoning::State {
     z.noise.col(2) *= kHeightFactor;
     return z;
   }
-  [[nodiscard]] Innovation<3> of_velocity(const Fix& fix) const {
+  [[nodiscard]] Innovation<3> velocity_innovation(const Fix& fix) const {
     const Matrix3d c = estimate->state.rotation();
     const Matrix3d enu = geodesy::enu_from_ecef_rotation(fix.position);
     const Vector3d arm_mps = c * constraints.rate(*estimate).cross(mounting.antenna_m);
@@ -258,13 +258,13 @@ struct DeadReckoning::State {
   bool take_fix(const Fix& fix, GpsTime time) {
     if (!fix.measured()) return false;
     predict();
-    const Innovation<3> position = of_position(fix, time - estimate->state.time);
+    const Innovation<3> position = position_innovation(fix, time - estimate->state.time);
     const bool level = take_axes<2>(position, 0, options.error_distance_m, time, horizontal);
     const bool height = take_axes<1>(position, 2, options.error_height_distance_m, time, vertical);
     if (level) remember(fix);
     bool moving = false;
     if (fix.velocity_enu_mps && fix.velocity_covariance_enu) {
-      Innovation<3> velocity = of_velocity(fix);
+      Innovation<3> velocity = velocity_innovation(fix);
       moving = passes(velocity);
       if (moving) {
         velocity.noise *= lasting((last_velocity ? time - *last_velocity : 1) / kVelocityError_s);

@@ -96,8 +96,8 @@ TEST(InertialErrors, PredictionIsThatOfTheMechanisation) {
     for (int j = 0; j < kInertialErrors; ++j) {
       // Steps of 10 ms to first order; the horizontal gradient of gravity is omitted.
       const int group = j / 3 * 3;
-      const double of_group = error.segment(group, std::min(3, kInertialErrors - group)).norm();
-      EXPECT_NEAR(estimate.p(i, j) / error(i), error(j), 0.03 * of_group + 3e-7 * size / 0.1 + 3e-9)
+      const double group_norm = error.segment(group, std::min(3, kInertialErrors - group)).norm();
+      EXPECT_NEAR(estimate.p(i, j) / error(i), error(j), 0.03 * group_norm + 3e-7 * size / 0.1 + 3e-9)
           << "error " << i << " in " << j;
     }
   }

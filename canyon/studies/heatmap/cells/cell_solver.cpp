@@ -226,7 +226,7 @@ bool SteadyCells::solve(const TileCells& cells, geodesy::GpsTime time, std::span
     if (cells.state[i] != CellState::Computed) continue;
     CellValues values;
     moving->describe(i, receiver_.limits, statistics, values);
-    values.store<of_motion>(wanted, layers, i);
+    values.store<is_motion_layer>(wanted, layers, i);
   }
   return true;
 }
@@ -260,7 +260,7 @@ Vector3d error_of(const positioning::Fix& fix, const Vector3d& truth_ecef) {
 /// CellMethod::Run.
 class RunCells final : public CellSolver {
  public:
-  /// @param rtk computes the layers of_rtk() instead of those of_solver()
+  /// @param rtk computes the layers is_rtk_layer() instead of those is_solver_layer()
   RunCells(const simulation::Environment& environment, const propagation::Propagator& propagator,
            const CellReceiver& receiver, bool rtk);
 
@@ -273,9 +273,9 @@ class RunCells final : public CellSolver {
   /// Source of corrections.
   struct Base {
     Base(const simulation::Environment& environment, const simulation::ReceiverConfig& config,
-         const DrawOptions& of_map)
+         const DrawOptions& map_options)
         : propagator(environment.make_propagator(config.propagation)),
-          samples(environment, propagator, config, of_map),
+          samples(environment, propagator, config, map_options),
           position(config.fixed->position) {}
     Base(const Base&) = delete;
     Base& operator=(const Base&) = delete;
@@ -389,12 +389,13 @@ bool RunCells::look(const TileCells& cells, geodesy::GpsTime time, std::span<con
       statistics || (receivers_.options().signal.enabled &&
                      std::find(wanted.begin(), wanted.end(), Layer::Availability) != wanted.end());
   const auto space = receivers_.space(time, needs_samples ? receivers_.count() : 0);
-  return solve_rows<of_solver>(cells, wanted, layers, {}, [&](const Vector3d& point, CellValues& values) {
-    const ReceiverRealizations::Scene scene =
-        receivers_.look(time, point, receivers_.environment().city().frame.ecef_from_local(point));
-    solve_without_noise(scene, values);
-    if (needs_samples) draw(scene, space, statistics, values);
-  });
+  return solve_rows<is_solver_layer>(
+      cells, wanted, layers, {}, [&](const Vector3d& point, CellValues& values) {
+        const ReceiverRealizations::Scene scene =
+            receivers_.look(time, point, receivers_.environment().city().frame.ecef_from_local(point));
+        solve_without_noise(scene, values);
+        if (needs_samples) draw(scene, space, statistics, values);
+      });
 }
 
 std::vector<std::vector<RunCells::Corrections>> RunCells::corrections(
@@ -453,9 +454,9 @@ bool RunCells::solve(const TileCells& cells, geodesy::GpsTime time, std::span<co
   if (!base_) return look(cells, time, wanted, layers);
   const auto space = receivers_.space(time, receivers_.count());
   const std::vector<std::vector<Corrections>> sent = corrections(time, space);
-  return solve_rows<of_rtk>(cells, wanted, layers, stop, [&](const Vector3d& point, CellValues& values) {
-    fix_by_rtk(time, point, space, sent, values);
-  });
+  return solve_rows<is_rtk_layer>(
+      cells, wanted, layers, stop,
+      [&](const Vector3d& point, CellValues& values) { fix_by_rtk(time, point, space, sent, values); });
 }
 
 /// Enough iterations to reach the fix that CellFix computes.
@@ -519,8 +520,8 @@ std::vector<std::unique_ptr<const CellSolver>> cell_solvers(const simulation::En
   if (method == CellMethod::Shared && config.options.fix.covariance_by_residuals && wants(needs_protection))
     method = CellMethod::Run;
   if (!wants(needs_signals)) method = CellMethod::Shared;  // SatellitesLos needs no receiver
-  if (wants(of_solver)) solvers.push_back(cell_solver(method, environment, tracer, receiver));
-  if (wants(of_rtk))
+  if (wants(is_solver_layer)) solvers.push_back(cell_solver(method, environment, tracer, receiver));
+  if (wants(is_rtk_layer))
     solvers.push_back(std::make_unique<RunCells>(environment, tracer.propagator(), receiver, true));
   return solvers;
 }

@@ -111,9 +111,9 @@ class CellSolver {
   CellSolver& operator=(const CellSolver&) = default;
 };
 
-/// The solver of a method, for the layers of_solver(). Shared accepts any receiver if only line of sight is
-/// requested. Environment, tracer and the receiver's configs must outlive it. Throws InputError for options
-/// that do not validate().
+/// The solver of a method, for the layers is_solver_layer(). Shared accepts any receiver if only line of
+/// sight is requested. Environment, tracer and the receiver's configs must outlive it. Throws InputError for
+/// options that do not validate().
 [[nodiscard]] std::unique_ptr<const CellSolver> cell_solver(CellMethod method,
                                                             const simulation::Environment& environment,
                                                             const TileTracer& tracer,

@@ -44,7 +44,7 @@ struct CellValues {
     set(Layer::ProtectionLevel, protection_m);
   }
   /// Writes the wanted layers for which Mine() is true to a cell; other layers are not changed.
-  template <bool (*Mine)(Layer) = of_solver>
+  template <bool (*Mine)(Layer) = is_solver_layer>
   void store(std::span<const Layer> wanted, std::span<const std::span<float>> layers,
              std::size_t cell) const {
     for (std::size_t k = 0; k < wanted.size(); ++k)
@@ -102,11 +102,11 @@ struct SampledFixes {
 
 /// Layers of a solver that need more than the line of sight.
 [[nodiscard]] inline bool needs_signals(Layer layer) {
-  return info(layer).received && of_solver(layer);
+  return info(layer).received && is_solver_layer(layer);
 }
 /// The layers over draws.
 [[nodiscard]] inline bool is_sample_layer(Layer layer) {
-  return info(layer).needs_samples && of_solver(layer);
+  return info(layer).needs_samples && is_solver_layer(layer);
 }
 
 /// Fills the layers Mine() of a tile, each row a task; solve_cell(place, values) computes those of a cell.

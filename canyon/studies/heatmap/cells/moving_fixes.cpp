@@ -22,9 +22,9 @@ double length_of(const std::array<int, 2>& step) {
 
 }  // namespace
 
-bool of_motion(Layer layer) {
+bool is_motion_layer(Layer layer) {
   return layer == Layer::HorizontalError || layer == Layer::VerticalError || layer == Layer::Availability ||
-         layer == Layer::ProtectionLevel || (info(layer).needs_samples && of_solver(layer));
+         layer == Layer::ProtectionLevel || (info(layer).needs_samples && is_solver_layer(layer));
 }
 
 /// The filter along one line.
@@ -60,11 +60,12 @@ struct MovingFixes::TrackFilter {
     at.east_m += k * (fix.east_m - at.east_m);
     at.north_m += k * (fix.north_m - at.north_m);
     at.up_m += k_up * (fix.up_m - at.up_m);
-    const double of_fix_m2 = filter.error_correlation_s > 0 ? fix.horizontal_m2 : fix.horizontal_m2 / epochs;
-    const double of_fix_m = std::sqrt(of_fix_m2);
+    const double fix_variance_m2 =
+        filter.error_correlation_s > 0 ? fix.horizontal_m2 : fix.horizontal_m2 / epochs;
+    const double fix_sigma_m = std::sqrt(fix_variance_m2);
     reported_m2 =
-        (1 - k) * (1 - k) * reported_m2 + k * k * of_fix_m2 - 2 * k * (1 - k) * lasting_m * of_fix_m;
-    lasting_m = (1 - k) * lasting_m - k * of_fix_m;
+        (1 - k) * (1 - k) * reported_m2 + k * k * fix_variance_m2 - 2 * k * (1 - k) * lasting_m * fix_sigma_m;
+    lasting_m = (1 - k) * lasting_m - k * fix_sigma_m;
     at.horizontal_m2 *= 1 - k;
     at.vertical_m2 *= 1 - k_up;
   }

@@ -13,7 +13,7 @@
 namespace canyon::heatmap {
 
 /// Layers that depend on the motion.
-[[nodiscard]] bool of_motion(Layer layer);
+[[nodiscard]] bool is_motion_layer(Layer layer);
 
 /// Errors of the position filter of a receiver that moves through a tile's cells. The filter follows straight
 /// lines through the cells, forwards and backwards: when driving, in the one of four directions with the
@@ -31,7 +31,7 @@ class MovingFixes {
   void set(std::size_t cell, const std::vector<CellFix::CellSolution>& answers);
   /// Call it once, after all cells are set.
   void filter();
-  /// Sets the layers of_motion(), after filter().
+  /// Sets the layers is_motion_layer(), after filter().
   void describe(std::size_t cell, const LimitOptions& limits, bool statistics, CellValues& values) const;
 
  private:

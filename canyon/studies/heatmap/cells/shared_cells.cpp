@@ -30,7 +30,7 @@ constexpr std::size_t kMaxSets = 4096;
 constexpr std::size_t kBlock = 512;
 
 bool needs_fix(Layer layer) {
-  return info(layer).error && of_solver(layer);
+  return info(layer).error && is_solver_layer(layer);
 }
 
 /// Satellites of a tile by their index, below kMaxSatellites.

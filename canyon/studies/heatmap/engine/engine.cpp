@@ -305,12 +305,12 @@ Heatmap::Heatmap(const simulation::Environment& environment, simulation::Receive
   std::optional<simulation::ReceiverConfig> base;
   if (base_of_receiver != nullptr) base = *base_of_receiver;
   request = checked(std::move(request), receiver);
-  const auto of_base = std::find_if(request.layers.begin(), request.layers.end(), of_rtk);
-  if (of_base == request.layers.end()) {
+  const auto base_measurements = std::find_if(request.layers.begin(), request.layers.end(), is_rtk_layer);
+  if (base_measurements == request.layers.end()) {
     base.reset();
   } else if (!base || !base->fixed || !receiver.options.rtk.enabled || !receiver.options.signal.enabled) {
     throw InputError(
-        fmt::format("the layer {} needs a receiver with RTK and its base", info(*of_base).name),
+        fmt::format("the layer {} needs a receiver with RTK and its base", info(*base_measurements).name),
         "give the receiver rtk: true and corrections: {from: NAME}, NAME a receiver with a fixed position, "
         "as in examples/rtk.yaml");
   }

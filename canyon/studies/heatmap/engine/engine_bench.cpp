@@ -58,8 +58,9 @@ void compute(benchmark::State& state, propagation::Model model, int order, doubl
   }
   std::size_t computed = 0;
   for (std::size_t i = 0; i < map.unit_count(); ++i) {
-    const std::vector<CellState> of_unit = map.compute(i).state;
-    computed += static_cast<std::size_t>(std::count(of_unit.begin(), of_unit.end(), CellState::Computed));
+    const std::vector<CellState> unit_state = map.compute(i).state;
+    computed +=
+        static_cast<std::size_t>(std::count(unit_state.begin(), unit_state.end(), CellState::Computed));
   }
   state.counters["computed"] = static_cast<double>(computed);
   const auto cells = static_cast<double>(map.request().grid.cells());

@@ -247,8 +247,8 @@ TEST(Heatmap, ThreadsAndRanksGiveTheSameBytes) {
     std::atomic<std::size_t> next{0}, units{0};
     std::atomic<int> ready{0};
     const auto process = [&] {
-      const Heatmap of_rank = map_of(model, request);
-      TileStore store(folder / "ranks", of_rank.key(), "");
+      const Heatmap rank_map = map_of(model, request);
+      TileStore store(folder / "ranks", rank_map.key(), "");
       MapRunOptions options;
       options.threads = 1;
       options.processes = 2;
@@ -257,7 +257,7 @@ TEST(Heatmap, ThreadsAndRanksGiveTheSameBytes) {
         while (ready < 2) std::this_thread::yield();
       };
       options.next = [&] { return next++; };
-      const MapRunResult result = of_rank.run(store, options);
+      const MapRunResult result = rank_map.run(store, options);
       EXPECT_EQ(result.resumed, 0U);
       EXPECT_FALSE(result.interrupted);
       units += result.computed;

@@ -32,7 +32,7 @@ double value_of(std::size_t bin) {
 
 bool nan_without_fix(Layer layer) {
   return info(layer).error && layer != Layer::Availability && layer != Layer::SatellitesUsed &&
-         layer != Layer::ProtectedAvailability && !of_rtk(layer);
+         layer != Layer::ProtectedAvailability && !is_rtk_layer(layer);
 }
 
 }  // namespace

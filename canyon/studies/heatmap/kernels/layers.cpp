@@ -132,7 +132,7 @@ std::string limits_text(Layer layer, const LimitOptions& limits) {
 std::vector<Layer> layers_of_one_look() {
   std::vector<Layer> layers;
   for (const LayerInfo& each : kLayers)
-    if (!of_rtk(each.layer)) layers.push_back(each.layer);
+    if (!is_rtk_layer(each.layer)) layers.push_back(each.layer);
   return layers;
 }
 

@@ -76,12 +76,12 @@ void visit(options::Visitor& v, LimitOptions& o);
 [[nodiscard]] std::span<const LayerInfo> all_layers();
 [[nodiscard]] const LayerInfo& info(Layer layer);
 /// Whether its receivers are run second by second.
-[[nodiscard]] constexpr bool of_rtk(Layer layer) {
+[[nodiscard]] constexpr bool is_rtk_layer(Layer layer) {
   return layer >= Layer::RtkFixedFraction;
 }
 /// Whether the solver of cells computes it: all but SkyView, which needs none, and those of RTK.
-[[nodiscard]] constexpr bool of_solver(Layer layer) {
-  return layer != Layer::SkyView && !of_rtk(layer);
+[[nodiscard]] constexpr bool is_solver_layer(Layer layer) {
+  return layer != Layer::SkyView && !is_rtk_layer(layer);
 }
 /// Whether large values are good. False for VerticalError, whose large values of both signs are bad.
 [[nodiscard]] constexpr bool more_is_better(Layer layer) {

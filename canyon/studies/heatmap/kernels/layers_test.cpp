@@ -30,7 +30,7 @@ TEST(Layers, SayWhatTheyNeed) {
   for (const LayerInfo& each : all_layers()) {
     const bool statistics = each.name.find("error_") != std::string_view::npos ||
                             each.layer == Layer::ProtectedAvailability ||
-                            each.layer == Layer::MisleadingFraction || of_rtk(each.layer);
+                            each.layer == Layer::MisleadingFraction || is_rtk_layer(each.layer);
     EXPECT_EQ(each.needs_samples, statistics) << each.name;
     EXPECT_EQ(each.received, each.layer != Layer::SatellitesLos && each.layer != Layer::SkyView) << each.name;
     if (each.needs_samples) {
@@ -58,7 +58,7 @@ TEST(Layers, AnotherNameIsAnErrorThatNamesTheClosest) {
 TEST(Layers, OneLookGivesAllThatDoNotRunOn) {
   const std::vector<Layer> layers = layers_of_one_look();
   EXPECT_EQ(layers.size(), all_layers().size() - 3);
-  EXPECT_EQ(std::count_if(layers.begin(), layers.end(), of_rtk), 0);
+  EXPECT_EQ(std::count_if(layers.begin(), layers.end(), is_rtk_layer), 0);
 }
 
 TEST(Layers, LimitsHaveBounds) {

@@ -107,11 +107,11 @@ void TerrainHeights::draw(const Triangle& triangle, const Grid& grid, const Tile
       const Vector2d p = grid.centre(tile.first_column + static_cast<std::uint32_t>(k),
                                      tile.first_row + static_cast<std::uint32_t>(r));
       // Barycentric coordinates.
-      const double of_b = cross(p - a, c - a) * per_area;
-      const double of_c = cross(b - a, p - a) * per_area;
-      if (of_b < -kSeam || of_c < -kSeam || of_b + of_c > 1 + kSeam) continue;
-      const double z = triangle[0].z() + of_b * (triangle[1].z() - triangle[0].z()) +
-                       of_c * (triangle[2].z() - triangle[0].z());
+      const double from_b = cross(p - a, c - a) * per_area;
+      const double weight_c = cross(b - a, p - a) * per_area;
+      if (from_b < -kSeam || weight_c < -kSeam || from_b + weight_c > 1 + kSeam) continue;
+      const double z = triangle[0].z() + from_b * (triangle[1].z() - triangle[0].z()) +
+                       weight_c * (triangle[2].z() - triangle[0].z());
       double& height = heights[static_cast<std::size_t>(r) * tile.columns + static_cast<std::size_t>(k)];
       if (!(height >= z)) height = z;  // NaN as well
     }

@@ -538,18 +538,19 @@ TEST(TileTracer, HongKongAgreesWithRays) {
     const bool terrain =
         std::find(cells.state.begin(), cells.state.end(), CellState::NoTerrain) == cells.state.end();
     if (!terrain) continue;  // cells without a point
-    const StateCount of_tile = compare_states(city.scene(), cells, 23);
-    states.cells += of_tile.cells;
-    states.inside += of_tile.inside;
-    states.different += of_tile.different;
+    const StateCount tile_count = compare_states(city.scene(), cells, 23);
+    states.cells += tile_count.cells;
+    states.inside += tile_count.inside;
+    states.different += tile_count.different;
     TileSignals traced;
     tracer.trace(cells, kTime, true, traced);
-    const SignalCount of_signals = compare_signals(city, options, cells, traced, 101, 0.05);
-    signals.signals += of_signals.signals;
-    signals.nlos += of_signals.nlos;
-    signals.blocked += of_signals.blocked;
-    signals.different += of_signals.different;
-    signals.largest_difference_m = std::max(signals.largest_difference_m, of_signals.largest_difference_m);
+    const SignalCount signal_entries = compare_signals(city, options, cells, traced, 101, 0.05);
+    signals.signals += signal_entries.signals;
+    signals.nlos += signal_entries.nlos;
+    signals.blocked += signal_entries.blocked;
+    signals.different += signal_entries.different;
+    signals.largest_difference_m =
+        std::max(signals.largest_difference_m, signal_entries.largest_difference_m);
   }
   print("Hong Kong", states);
   print("Hong Kong", signals);

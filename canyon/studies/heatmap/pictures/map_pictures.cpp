@@ -134,7 +134,7 @@ class Writer {
         seen_[sheet][shade] = seen_[sheet][shade] || seen[layer][shade];
       if (!seen[layer][static_cast<std::size_t>(CellShade::NoValue)]) continue;
       const Layer sampled = request_.layers[layer];
-      const std::string meaning = of_rtk(sampled)                            ? "never fixed"
+      const std::string meaning = is_rtk_layer(sampled)                      ? "never fixed"
                                   : style_of(sampled).kind == ValueKind::Dop ? "too few satellites for a DOP"
                                   : info(sampled).error                      ? "no fix"
                                                                              : "nothing received";

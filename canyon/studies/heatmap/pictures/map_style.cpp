@@ -24,7 +24,7 @@ constexpr double kDarkestInferno = 0.1;
 
 /// Knots are at entries 0, 16, ... 240 and 255 of a table of 256.
 template <std::size_t N>
-Colour of_table(const std::array<Colour, N>& knots, double t) {
+Colour table_colour(const std::array<Colour, N>& knots, double t) {
   const double entry = 255 * (std::isnan(t) ? 0 : std::clamp(t, 0.0, 1.0));
   const auto i = std::min(static_cast<std::size_t>(entry / 16), N - 2);
   const double width = i == N - 2 ? 15 : 16;
@@ -122,7 +122,7 @@ Colour inferno(double t) {
       rgb(0x000004), rgb(0x0B0724), rgb(0x210C4A), rgb(0x3D0965), rgb(0x57106D), rgb(0x71196E),
       rgb(0x8A226A), rgb(0xA32C61), rgb(0xBC3754), rgb(0xD24644), rgb(0xE45A31), rgb(0xF1731D),
       rgb(0xF98E09), rgb(0xFCAC11), rgb(0xF9CB35), rgb(0xF2EA69), rgb(0xFCFFA4)};
-  return of_table(kKnots, t);
+  return table_colour(kKnots, t);
 }
 
 Colour cividis(double t) {
@@ -130,7 +130,7 @@ Colour cividis(double t) {
       rgb(0x00224E), rgb(0x002E6A), rgb(0x1A386F), rgb(0x32436D), rgb(0x434E6C), rgb(0x535A6D),
       rgb(0x61656F), rgb(0x6F7073), rgb(0x7D7C78), rgb(0x8C8878), rgb(0x9B9476), rgb(0xABA072),
       rgb(0xBCAE6C), rgb(0xCDBB64), rgb(0xDEC958), rgb(0xF0D846), rgb(0xFEE838)};
-  return of_table(kKnots, t);
+  return table_colour(kKnots, t);
 }
 
 Colour orange_purple(double t) {
