@@ -80,7 +80,7 @@ std::vector<const bench::BenchDrive*> chosen(const bench::Catalogue& catalogue,
 
 /// City, start and trajectory of the user's map and track, as `canyon new` writes them. A track without dates
 /// gets a fixed start, so that the drives are the same on any day.
-std::string own_city(const std::vector<std::string>& files, const fs::path& folder) {
+std::string bench_city(const std::vector<std::string>& files, const fs::path& folder) {
   constexpr std::string_view kStart = "start: ", kDate = "2026-06-01";
   if (files.empty()) return {};
   std::string own;
@@ -105,7 +105,7 @@ std::string own_city(const std::vector<std::string>& files, const fs::path& fold
 
 /// `fixed:` of a base with a clear sky for RTK in the user's map: 3 m above the highest corner within 1 km of
 /// the drive's begin, else 30 m above the begin.
-std::string own_base(const std::string& yaml, const fs::path& file) {
+std::string bench_base(const std::string& yaml, const fs::path& file) {
   constexpr double kReach_m = 1000, kMast_m = 3;
   const ReadyRun ready = make_ready(simulation::parse_scenario(yaml, file), file.string());
   const city::City& city = ready.scene->city;
@@ -184,12 +184,12 @@ class Maker {
     // Paths in scenarios are relative to the folder of a drive.
     const fs::path first = out_ / name_of(*drives.front(), receivers.front(), 1, receivers.size() > 1);
     fs::create_directories(first);
-    own_ = own_city(arguments_.map, first);
+    own_ = bench_city(arguments_.map, first);
     for (bench::BenchReceiver& receiver : receivers)
       if (!receiver.base.empty() && !own_.empty())
         receiver.base =
-            own_base(bench::scenario_of(catalogue_, *drives.front(), {"", receiver.profile, ""}, 1, own_),
-                     first / "scenario.yaml");
+            bench_base(bench::scenario_of(catalogue_, *drives.front(), {"", receiver.profile, ""}, 1, own_),
+                       first / "scenario.yaml");
     const std::size_t planned = drives.size() * receivers.size() * arguments_.seeds;
     try {
       for (const bench::BenchDrive* drive : drives)

@@ -121,7 +121,7 @@ class CalibrationDrive : public RecordedDrive {
     rows.bound.headlines = validation::headlines_by_other_part(comparison, part_.first, part_.count,
                                                                first_part_.first, first_part_.count);
     validation::ModelMetrics metrics = metrics_of(comparison, part_);
-    add_own_fixes(metrics, comparison);
+    add_reported_fixes(metrics, comparison);
     rows.held_out = row_of(prefix_ + called, metrics, comparison, {});
     rows.held_out.metrics_json = validation::to_json({metrics}, std::nullopt);
     return rows;

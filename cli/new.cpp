@@ -310,7 +310,7 @@ class ScenarioWriter {
       run = !on_terrain || scene.scene.terrain_height(at.x(), at.y()) ? run + 1 : 0;
       if (run > count) count = run, first = i + 1 - run;
     }
-    const bool dated = path.timed && path.has_own_dates;
+    const bool dated = path.timed && path.is_dated;
     if (points.size() < 2) throw InputError(file, 0, "has one position", "give a path");
     if (count < 2 || (!dated && count < points.size()))
       throw InputError(

@@ -187,10 +187,10 @@ validation::ModelMetrics RecordedDrive::metrics_of(const validation::Comparison&
   return metrics;
 }
 
-void RecordedDrive::add_own_fixes(validation::ModelMetrics& metrics,
-                                  const validation::Comparison& comparison) const {
+void RecordedDrive::add_reported_fixes(validation::ModelMetrics& metrics,
+                                       const validation::Comparison& comparison) const {
   if (!recorded_.nmea) return;
-  metrics.own_fixes = validation::reported_fix_metrics(recording_, comparison, part_.first, part_.count);
+  metrics.reported_fixes = validation::reported_fix_metrics(recording_, comparison, part_.first, part_.count);
 }
 
 validation::RecordingRow RecordedDrive::row_of(const std::string& name,

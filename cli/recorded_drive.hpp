@@ -91,7 +91,7 @@ class RecordedDrive {
       const validation::Comparison& comparison, const Part& part,
       const std::vector<validation::Comparison>& runs = {}) const;
   /// Adds the metrics of the fixes that the recorded receiver reported, if the recording has them.
-  void add_own_fixes(validation::ModelMetrics& metrics, const validation::Comparison& comparison) const;
+  void add_reported_fixes(validation::ModelMetrics& metrics, const validation::Comparison& comparison) const;
   /// Its row in a table of several recordings, without JSON.
   [[nodiscard]] validation::RecordingRow row_of(const std::string& name,
                                                 const validation::ModelMetrics& metrics,

@@ -195,12 +195,12 @@ class Judge : public RecordedDrive {
 
   /// Epochs and runs of the metrics.
   [[nodiscard]] validation::PooledPart part() const {
-    return {&own_, part_.first, part_.count, runs_of_own_};
+    return {&own_, part_.first, part_.count, runs_of_reported_};
   }
   /// The row in a table of several recordings.
   [[nodiscard]] validation::RecordingRow row() const {
     validation::RecordingRow row = row_of(prefix_.empty() ? "simulated (recorded)" : recorded_.name,
-                                          metrics_.front(), own_, runs_of_own_);
+                                          metrics_.front(), own_, runs_of_reported_);
     row.metrics_json = json();
     return row;
   }
@@ -254,9 +254,9 @@ class Judge : public RecordedDrive {
       validation::ModelMetrics& f = metrics_.emplace_back(metrics_of(comparison, part_, runs));
       if (!own) continue;
       if (alignment_) aligned_by_ = validation::describe_part(comparison, 0, first_part_.count, aligned_by_);
-      add_own_fixes(f, comparison);
+      add_reported_fixes(f, comparison);
       own_ = std::move(comparison);
-      runs_of_own_ = std::move(runs);
+      runs_of_reported_ = std::move(runs);
     }
   }
 
@@ -265,7 +265,7 @@ class Judge : public RecordedDrive {
   int runs_ = 1;  ///< of models with a moved city
   std::vector<validation::ModelMetrics> metrics_;
   validation::Comparison own_;
-  std::vector<validation::Comparison> runs_of_own_;
+  std::vector<validation::Comparison> runs_of_reported_;
 };
 
 using Judges = std::vector<std::unique_ptr<Judge>>;

@@ -37,7 +37,7 @@ std::string resolve(std::string_view name, const std::string& base, const std::s
 }
 
 /// Link and sensor, or plugin, as a namespace, for topics of several receivers on a model.
-std::string own_namespace(const ReceiverIdentity& identity) {
+std::string node_namespace(const ReceiverIdentity& identity) {
   std::string base;
   std::string_view rest = identity.link;
   while (!rest.empty()) {
@@ -157,7 +157,7 @@ RosTopics claimed_ros_topics(const ReceiverIdentity& identity, const RosSettings
   std::string taken = claim(topics.claimed());
   if (!taken.empty() && settings.ros_namespace.empty()) {
     notes.clear();
-    topics = ros_topics(own_namespace(identity), identity, settings, notes);
+    topics = ros_topics(node_namespace(identity), identity, settings, notes);
     const std::string other = std::exchange(taken, claim(topics.claimed()));
     notes.push_back(fmt::format("another receiver uses the ROS name {}; names of this one are in {}", other,
                                 topics.base));

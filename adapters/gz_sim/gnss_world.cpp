@@ -57,7 +57,7 @@ struct GnssWorld::Impl {
     std::string link_name;
     std::string name;  // "iris::base_link::gps"
     std::string topic;
-    std::optional<live::HostWorld::Id> own_model;
+    std::optional<live::HostWorld::Id> vehicle_model;
     bool scene_is_due = true;
     std::shared_ptr<live::WorldScene> scene;  // shared by receivers with the same options
     simulation::EngineMotion motion;
@@ -146,7 +146,7 @@ struct GnssWorld::Impl {
     receiver.link = parent_of(entity, ecm);
     receiver.link_name = identity.link;
     receiver.name = identity.link + "::" + identity.sensor;
-    if (!settings.vehicle_blocks) receiver.own_model = gz::sim::topLevelModel(entity, ecm);
+    if (!settings.vehicle_blocks) receiver.vehicle_model = gz::sim::topLevelModel(entity, ecm);
     gz::sim::enableComponent<components::WorldLinearVelocity>(ecm, receiver.link);
     gz::sim::enableComponent<components::WorldAngularVelocity>(ecm, receiver.link);
     if (!settings.pose_topic.empty()) {
@@ -154,9 +154,9 @@ struct GnssWorld::Impl {
       receiver.poses = take_poses(*receiver.node, settings);
     }
 
-    const bool own_topic = !sensor.Topic().empty();
+    const bool topic_given = !sensor.Topic().empty();
     const std::string topic =
-        gz::sim::validTopic({own_topic ? sensor.Topic() : gz::sim::scopedName(entity, ecm) + "/navsat"});
+        gz::sim::validTopic({topic_given ? sensor.Topic() : gz::sim::scopedName(entity, ecm) + "/navsat"});
     for (const auto& [other, known] : receivers) {
       if (known.topic != topic) continue;
       settings.warnings.push_back(fmt::format(
@@ -173,7 +173,7 @@ struct GnssWorld::Impl {
     std::vector<std::string> topics;
     if (settings.publish_navsat) topics.push_back(topic);
     if (settings.publish_gazebo) {
-      topics.push_back(gnss_topic_for(topic, own_topic));
+      topics.push_back(gnss_topic_for(topic, topic_given));
       receiver.hosted->add(make_gnss_publisher(identity, topics.back()));
     }
 #ifdef CANYON_WITH_ROS2
@@ -379,7 +379,7 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
           scene_options(name_of(gz::sim::worldEntity(ecm), ecm), receiver->settings, hosted.frame());
       receiver->scene = live::WorldScene::of(
           impl_.get(), options, [&options] { return std::make_unique<GzHostWorld>(options.visual); });
-      hosted.set_scene(receiver->scene, receiver->own_model);
+      hosted.set_scene(receiver->scene, receiver->vehicle_model);
       impl_->look(ecm);
     }
     hosted.begin(now_ns, [&](std::string& reason) { return impl_->truth(*receiver, now_ns, ecm, reason); });

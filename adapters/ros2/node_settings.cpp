@@ -63,10 +63,10 @@ std::vector<Key> make_keys() {
       Key key = each;
       if (key.path.starts_with(kReceivers) != receivers) continue;
       if (receivers) key.path.erase(0, kReceivers.size());
-      const bool files_own = key.path.find("[]") != std::string::npos || key.type == Type::Rows ||
-                             key.path.starts_with("outputs");
+      const bool is_from_file = key.path.find("[]") != std::string::npos || key.type == Type::Rows ||
+                                key.path.starts_with("outputs");
       // Some keys are both at the top of a scenario and in its receivers; here there is one receiver.
-      if (!files_own && names.insert(key.path).second) keys.push_back(std::move(key));
+      if (!is_from_file && names.insert(key.path).second) keys.push_back(std::move(key));
     }
   };
   add(true);
@@ -389,7 +389,7 @@ simulation::Scenario simulated_world(const NodeSettings& settings) {
   return world;
 }
 
-simulation::LiveConfig driven_config(const NodeSettings& settings, const std::string& own_name,
+simulation::LiveConfig driven_config(const NodeSettings& settings, const std::string& receiver_name,
                                      const simulation::Simulation* drive) {
   simulation::LiveConfig config = settings.live;
   if (drive != nullptr) {
@@ -400,7 +400,7 @@ simulation::LiveConfig driven_config(const NodeSettings& settings, const std::st
     return config;
   }
   config.receiver().options.independent_noise = true;
-  if (!settings.named) config.receiver().options.name = own_name;
+  if (!settings.named) config.receiver().options.name = receiver_name;
   return config;
 }
 

@@ -76,8 +76,9 @@ using Parameters = std::map<std::string, ParameterValue>;
 [[nodiscard]] simulation::Scenario simulated_world(const NodeSettings& settings);
 
 /// The options of the node's receiver: in the scenario's own drive (`drive`) those of `canyon simulate`. Else
-/// `own_name` is the default name, and its noise is independent.
-[[nodiscard]] simulation::LiveConfig driven_config(const NodeSettings& settings, const std::string& own_name,
+/// `receiver_name` is the default name, and its noise is independent.
+[[nodiscard]] simulation::LiveConfig driven_config(const NodeSettings& settings,
+                                                   const std::string& receiver_name,
                                                    const simulation::Simulation* drive = nullptr);
 
 }  // namespace canyon::adapters::ros2

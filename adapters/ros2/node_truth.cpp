@@ -13,11 +13,11 @@ const char* source_name(PoseSource source) {
 }  // namespace
 
 live::HostSetup setup_of(const NodeSettings& settings, std::shared_ptr<simulation::CityScene> scene,
-                         geodesy::GpsTime start, const std::string& own_name, live::LogFunction log,
+                         geodesy::GpsTime start, const std::string& receiver_name, live::LogFunction log,
                          const Drive& drive) {
   live::HostSetup setup;
   setup.options = settings;
-  setup.options.live = driven_config(settings, own_name, drive.get());
+  setup.options.live = driven_config(settings, receiver_name, drive.get());
   setup.frame = {scene->city.frame, settings.pose_heading_rad, settings.pose_origin_enu_m};
   setup.start = start;
   if (drive) {

@@ -16,10 +16,10 @@ namespace canyon::adapters::ros2 {
 using Drive = std::shared_ptr<const simulation::Simulation>;
 
 /// A receiver in a city, moved by external poses or by `drive`, or at its fixed position.
-/// @param start GPS time of the host's time 0, without a drive; @param own_name see driven_config()
+/// @param start GPS time of the host's time 0, without a drive; @param receiver_name see driven_config()
 [[nodiscard]] live::HostSetup setup_of(const NodeSettings& settings,
                                        std::shared_ptr<simulation::CityScene> scene, geodesy::GpsTime start,
-                                       const std::string& own_name, live::LogFunction log,
+                                       const std::string& receiver_name, live::LogFunction log,
                                        const Drive& drive = nullptr);
 
 /// Its truth.

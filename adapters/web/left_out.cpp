@@ -40,7 +40,7 @@ StreetMap read_streets(const std::vector<std::filesystem::path>& paths) {
 }  // namespace buildings
 
 namespace meshes {
-MeshScene read_collada(const std::filesystem::path& path, bool /*own_names*/) {
+MeshScene read_collada(const std::filesystem::path& path, bool /*object_names*/) {
   refuse(path, "Collada");
 }
 /// A fan, valid for convex faces.

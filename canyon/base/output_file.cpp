@@ -212,7 +212,7 @@ void write_file(const fs::path& path, std::string_view bytes) {
   file.commit();
 }
 
-void write_own_file(const fs::path& path, std::string_view bytes) {
+void overwrite_cache_file(const fs::path& path, std::string_view bytes) {
   InputFiles::current().remove(path);
   write_file(path, bytes);
 }

@@ -94,7 +94,7 @@ class OutputFile {
 /// Writes a whole file. Throws as OutputFile does.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 /// write_file() over a file of the program itself that it may have read, such as a cache or a view.
-void write_own_file(const std::filesystem::path& path, std::string_view bytes);
+void overwrite_cache_file(const std::filesystem::path& path, std::string_view bytes);
 
 /// Creates the folder (with parents) if needed and tests that files can be created in it. Throws InputError
 /// otherwise.

@@ -152,8 +152,8 @@ void FixInput::correct(gnss::SatelliteId id, geodesy::GpsTime time, const CodeCo
     const CodeCorrections::Correction* correction = corrections.of(id, *code.signal);
     if (correction == nullptr) return true;
     Measurement& m = code.measurement;
-    const double own_m = std::sqrt(std::max(0.0, squared(m.sigma_m) - squared(code.shared_m)));
-    reported_sigmas_m_.push_back(std::hypot(own_m, correction->reported_sigma_m, ageing_m));
+    const double independent_m = std::sqrt(std::max(0.0, squared(m.sigma_m) - squared(code.shared_m)));
+    reported_sigmas_m_.push_back(std::hypot(independent_m, correction->reported_sigma_m, ageing_m));
     const double sigma_m = std::hypot(m.sigma_m, correction->sigma_m);
     m.pseudorange_m += correction->metres;
     m.sigma_factor *= sigma_m / m.sigma_m;

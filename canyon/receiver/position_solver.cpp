@@ -30,7 +30,7 @@ void add_contradiction(positioning::Fix& a, positioning::Fix& b) {
 
 using Klobuchars = std::map<gnss::System, gnss::Klobuchar>;
 
-PositionSolver::PositionSolver(const ReceiverOptions& options, const OwnModels& models)
+PositionSolver::PositionSolver(const ReceiverOptions& options, const UserModels& models)
     : options_(options), models_(models), fix_(options.fix), corrections_(options.corrections) {
   if (models.sigma_m) fix_.weights.weighting = positioning::Weighting::Sigma;
   restart();

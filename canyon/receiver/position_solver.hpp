@@ -24,7 +24,7 @@ struct Solvable {
 class PositionSolver {
  public:
   /// @param options, models must outlive this
-  PositionSolver(const ReceiverOptions& options, const OwnModels& models);
+  PositionSolver(const ReceiverOptions& options, const UserModels& models);
 
   /// Resets the corrections and the state of the filters.
   void restart();
@@ -50,7 +50,7 @@ class PositionSolver {
                                              const std::map<gnss::System, gnss::Klobuchar>& klobuchar);
 
   const ReceiverOptions& options_;
-  const OwnModels& models_;
+  const UserModels& models_;
   positioning::FixOptions fix_;
   positioning::Fix epoch_fix_;
   std::vector<positioning::RangedSatellite> ranged_;     ///< of the latest solve_alone()

@@ -24,7 +24,7 @@ struct Receiver::State {
       : options(validated(std::move(receiver_options))),
         seed(stream_seed),
         random_stream(stream_name(options)),
-        models(source_of_models ? source_of_models(seed, random_stream) : OwnModels()),
+        models(source_of_models ? source_of_models(seed, random_stream) : UserModels()),
         clock(options.clock, RandomStream(seed, random_stream + "/clock")),
         fix_noise(seed, random_stream + "/fix noise"),
         channels(options, seed, random_stream),
@@ -197,7 +197,7 @@ struct Receiver::State {
     if (!positioning::is_sound(epoch.fix)) refuse(epoch.fix);
     if (epoch.fix.solved() && options.fix_noise.any()) add_noise(epoch.fix);
     if (epoch.events.forced) force(*epoch.events.forced, context.antenna, epoch);
-    edit(epoch, epoch.fix, own_fixes);
+    edit(epoch, epoch.fix, reported_fixes);
     edit(epoch, epoch.single_epoch, single_epochs);
     for (SatelliteObservation& satellite : epoch.satellites)
       satellite.used = std::binary_search(epoch.fix.used.begin(), epoch.fix.used.end(), satellite.id);
@@ -280,13 +280,13 @@ struct Receiver::State {
     if (!good) fix.baseline.reset();
   }
 
-  struct OwnFixes {
+  struct FixFaultState {
     FixHistory fixes;
     std::optional<geodesy::GpsTime> last, back;  ///< the last one; the first one after an outage
   };
 
   /// Reports other fixes than the computed ones, by FixEdit.
-  static void edit(const ReceiverEpoch& epoch, positioning::Fix& fix, OwnFixes& own) {
+  static void edit(const ReceiverEpoch& epoch, positioning::Fix& fix, FixFaultState& own) {
     constexpr double kOutage_s = 2;
     if (fix.solved()) {
       if (own.last && epoch.time - *own.last > kOutage_s) own.back = epoch.time;
@@ -328,7 +328,7 @@ struct Receiver::State {
   const ReceiverOptions options;
   const std::uint64_t seed;
   const std::string random_stream;  ///< name of its random streams
-  const OwnModels models;
+  const UserModels models;
   std::vector<std::unique_ptr<disturbance::Disturbance>> disturbances;
   tracking::ReceiverClock clock;
   RandomStream fix_noise;
@@ -342,7 +342,7 @@ struct Receiver::State {
   std::optional<geodesy::GpsTime> last;
   Eigen::Vector3d last_antenna;
   std::optional<disturbance::Restart> restarted;
-  OwnFixes own_fixes, single_epochs;
+  FixFaultState reported_fixes, single_epochs;
 };
 
 Receiver::Receiver(ReceiverOptions options, std::uint64_t seed,

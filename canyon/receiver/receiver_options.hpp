@@ -140,7 +140,7 @@ void visit(options::Visitor& v, ReceiverOptions& o);
 
 /// User models that replace a receiver's own. Empty functions: the receiver's own. Called one or more times
 /// per epoch, in order of time, in the thread that calls Receiver::observe().
-struct OwnModels {
+struct UserModels {
   /// Replaces FixOptions::weights, for fix and position filter: standard deviation of a pseudorange's weight
   /// [m], > 0 (else InputError). @param elevation_rad the satellite's true elevation
   std::function<double(const positioning::Measurement& measurement, double elevation_rad)> sigma_m;
@@ -156,6 +156,6 @@ struct OwnModels {
 /// Creates the models of one receiver in their state before the first epoch; called again when a run or a
 /// world restarts. @param seed of the run; @param receiver makes its random streams distinct, as for
 /// disturbance::DisturbanceSource
-using ModelSource = std::function<OwnModels(std::uint64_t seed, const std::string& receiver)>;
+using ModelSource = std::function<UserModels(std::uint64_t seed, const std::string& receiver)>;
 
 }  // namespace canyon::receiver

@@ -51,12 +51,12 @@ TEST(ReceiverSignal, AnInstallationMovesAllSignalsAlike) {
   options.signal.installation_db = -3.8;
   Receiver measured(options, 1);
   const ReceiverEpoch e = observe(measured, four_systems(), kTime, views);
-  const double own_db = *c.satellites[0].cn0_dbhz - *b.satellites[0].cn0_dbhz;
-  EXPECT_NE(own_db, 0);
+  const double receiver_db = *c.satellites[0].cn0_dbhz - *b.satellites[0].cn0_dbhz;
+  EXPECT_NE(receiver_db, 0);
   EXPECT_NE(*d.satellites[0].cn0_dbhz, *c.satellites[0].cn0_dbhz);
   for (std::size_t i = 0; i < a.satellites.size(); ++i) {
     EXPECT_NEAR(*b.satellites[i].cn0_dbhz - *a.satellites[i].cn0_dbhz, -9, 1e-9);
-    EXPECT_NEAR(*c.satellites[i].cn0_dbhz - *b.satellites[i].cn0_dbhz, own_db, 1e-9);
+    EXPECT_NEAR(*c.satellites[i].cn0_dbhz - *b.satellites[i].cn0_dbhz, receiver_db, 1e-9);
     EXPECT_NEAR(*e.satellites[i].cn0_dbhz - *a.satellites[i].cn0_dbhz, -3.8, 1e-9);
   }
 }

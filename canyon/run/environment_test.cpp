@@ -157,9 +157,9 @@ TEST(Environment, DirectionsAreInTheCitysFrameFarFromItsOrigin) {
     const Eigen::Vector3d expected =
         (frame.local_from_ecef(view.line.position_at_reception_m) - antenna).normalized();
     EXPECT_LT((view.paths.paths[0].arrival - expected).norm(), 1e-9);
-    const Eigen::Vector3d own_vertical =
+    const Eigen::Vector3d local_vertical =
         geodesy::enu_from_azimuth_elevation(view.line.azimuth_rad, view.line.elevation_rad);
-    largest_tilt = std::max(largest_tilt, (own_vertical - expected).norm());
+    largest_tilt = std::max(largest_tilt, (local_vertical - expected).norm());
     EXPECT_GT(view.line.elevation_rad, 0);
   }
   EXPECT_NEAR(largest_tilt, 8000 / 6.378e6, 3e-4);

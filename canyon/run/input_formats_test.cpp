@@ -165,7 +165,7 @@ std::string world(const Folder& folder, const std::string& name) {
       "<geometry><box><size>20 10 12</size></box></geometry></collision></link></model></world></sdf>");
   return "file: " + name;
 }
-std::string own_file(const Folder& folder) {
+std::string separate_file(const Folder& folder) {
   city::City city;
   city.name = "own";
   city.frame = geodesy::LocalFrame(geodesy::Geodetic::from_degrees(48.2, 11.5, 560));
@@ -211,7 +211,7 @@ const CityFormat kCities[] = {
     {"mesh_gltf", gltf},
     {"file_obj", [](const Folder& f) { return mesh(f, "house.obj", obj(), "file"); }},
     {"file_dae", [](const Folder& f) { return mesh(f, "house.dae", dae(), "file"); }},
-    {"file_canyon", own_file},
+    {"file_canyon", separate_file},
     {"file_sdf", [](const Folder& f) { return world(f, "w.sdf"); }},
     {"file_world", [](const Folder& f) { return world(f, "w.world"); }},
     {"tiles", [](const Folder& f) { return tiles(f, "tiles: {file: tileset.json}"); }},

@@ -14,7 +14,7 @@
 #include "canyon/run/simulator.hpp"
 #include "canyon/run/trace_places.hpp"
 
-namespace canyon::simulation::own_models_test {
+namespace canyon::simulation::user_models_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -43,9 +43,9 @@ receivers: [{name: car, )" + receiver + "}]\n",
 }
 
 // Equal weights of any value give the fix of `weighting: equal`.
-TEST(OwnModels, WeightsReplaceTheOptions) {
+TEST(UserModels, WeightsReplaceTheOptions) {
   const auto own = simulated([](std::uint64_t, const std::string&) {
-    receiver::OwnModels models;
+    receiver::UserModels models;
     models.sigma_m = [](const positioning::Measurement&, double) { return 7.0; };
     return models;
   });
@@ -57,10 +57,10 @@ TEST(OwnModels, WeightsReplaceTheOptions) {
   }
 }
 
-TEST(OwnModels, AWeightOfNothingIsRefused) {
+TEST(UserModels, AWeightOfNothingIsRefused) {
   try {
     (void)simulated([](std::uint64_t, const std::string&) {
-      receiver::OwnModels models;
+      receiver::UserModels models;
       models.sigma_m = [](const positioning::Measurement&, double) { return 0.0; };
       return models;
     });
@@ -71,12 +71,12 @@ TEST(OwnModels, AWeightOfNothingIsRefused) {
 }
 
 // A model that calls solve_fix() gives the result of the receiver without it; it is made again for each run.
-TEST(OwnModels, ASolverReplacesTheFix) {
+TEST(UserModels, ASolverReplacesTheFix) {
   int made = 0, solved = 0;
   const receiver::ModelSource source = [&](std::uint64_t seed, const std::string&) {
     EXPECT_EQ(seed, 1U);
     ++made;
-    receiver::OwnModels models;
+    receiver::UserModels models;
     models.solve = [&solved](geodesy::GpsTime time, const auto& measurements, const orbit::Sky& sky,
                              const auto& options, const auto& klobuchar) {
       ++solved;
@@ -93,9 +93,9 @@ TEST(OwnModels, ASolverReplacesTheFix) {
 }
 
 // A model that finds the engine's position reports the engine's accuracy, with and without a filter after it.
-TEST(OwnModels, ASolversFixStatesItsAccuracyAndIsFiltered) {
+TEST(UserModels, ASolversFixStatesItsAccuracyAndIsFiltered) {
   const receiver::ModelSource same = [](std::uint64_t, const std::string&) {
-    receiver::OwnModels models;
+    receiver::UserModels models;
     models.solve = [](geodesy::GpsTime time, const auto& measurements, const orbit::Sky& sky,
                       const auto& options, const auto& klobuchar) {
       const auto own = positioning::solve_fix(time, measurements, sky, options, klobuchar);
@@ -209,4 +209,4 @@ TEST_F(TracePoints, RefuseWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace canyon::simulation::own_models_test
+}  // namespace canyon::simulation::user_models_test

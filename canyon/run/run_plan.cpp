@@ -108,7 +108,7 @@ RunPlan make_plan(const Scenario& scenario, double geoid_undulation_m) {
   plan.begin = first;
   if (scenario.start) {
     // If the start is before a trajectory without dates, it is the zero of its times.
-    if (*scenario.start > last || (*scenario.start < first && file.has_own_dates)) {
+    if (*scenario.start > last || (*scenario.start < first && file.is_dated)) {
       throw scenario_error(scenario,
                            fmt::format("the start {} is outside the trajectory ({} to {}){}",
                                        format_gpst(*scenario.start, 3), format_gpst(first, 3),

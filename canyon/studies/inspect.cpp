@@ -302,7 +302,7 @@ FileReport inspect_path(const std::filesystem::path& path, const std::string& fo
     }
   };
   simulation::RecordedPath recorded = read_any();
-  const bool timed = recorded.timed, dated = recorded.has_own_dates;
+  const bool timed = recorded.timed, dated = recorded.is_dated;
   FileReport report{fmt::format("recorded path ({})", format),
                     {},
                     {},

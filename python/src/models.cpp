@@ -181,7 +181,7 @@ receiver::ModelSource models_of(const py::object& weighting, const py::object& s
   const Held weigh(weighting), solves(solver);
   return [weigh, solves](std::uint64_t seed, const std::string& name) {
     const py::gil_scoped_acquire gil;
-    receiver::OwnModels models;
+    receiver::UserModels models;
     if (!weigh.get().is_none())
       models.sigma_m = [weigh](const positioning::Measurement& m, double elevation_rad) {
         const py::gil_scoped_acquire lock;

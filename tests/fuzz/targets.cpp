@@ -370,7 +370,7 @@ void receive_ubx(const fs::path& path) {
     (void)device->take_baud();
     const auto epoch = test::sample_signal_epoch(test::sample_time() + 1, test::sample_time());
     (void)device->encode(epoch);
-    (void)device->encode_own(1);
+    (void)device->encode_for_reader(1);
   }
 }
 

@@ -126,7 +126,7 @@ constexpr std::uint16_t kSetMode = 176, kArm = 400, kTakeOff = 22, kMessageInter
 void fly_arducopter(const std::string& parameters, const std::string& stream, const std::string& serial) {
   const auto program = from_environment("CANYON_ARDUCOPTER");
   if (!program) GTEST_SKIP() << "SKIPPED: CANYON_ARDUCOPTER names no ArduCopter for SITL";
-  if (!test::own_network()) GTEST_SKIP() << "SKIPPED: no network of its own here";
+  if (!test::isolated_network()) GTEST_SKIP() << "SKIPPED: no network of its own here";
   const test::TemporaryFolder folder;
   const std::string terminal = (folder / "gps").string();
   const auto put = [&](std::string text) {
@@ -181,7 +181,7 @@ TEST(Autopilots, Px4FliesWithItsUbloxDriver) {
   const auto build = from_environment("CANYON_PX4");
   if (!build) GTEST_SKIP() << "SKIPPED: CANYON_PX4 names no build of PX4's SITL";
   CANYON_NEEDS_PROGRAM("setpriv");
-  if (!test::own_network()) GTEST_SKIP() << "SKIPPED: no network of its own here";
+  if (!test::isolated_network()) GTEST_SKIP() << "SKIPPED: no network of its own here";
   const test::TemporaryFolder folder;
   // PX4 accepts at most 19 characters.
   const std::string terminal = "/tmp/gps" + std::to_string(getpid());

@@ -344,8 +344,8 @@ struct Baselines {
   int fixed = 0, floating = 0, all = 0;
   double horizontal_rms_m = 0, vertical_rms_m = 0;  ///< of fixed epochs
   // Differential code fixes, of rnx2rtkp and of the rover itself; 3D RMS.
-  int differential = 0, own_differential = 0;
-  double differential_rms_m = 0, own_differential_rms_m = 0;
+  int differential = 0, reported_differential = 0;
+  double differential_rms_m = 0, reported_differential_rms_m = 0;
 };
 
 /// A rover's path relative to a base station by rnx2rtkp, epoch by epoch, from the RTCM of both.
@@ -400,15 +400,15 @@ Baselines solve(const std::string& yaml, const std::string& mode = "kinematic",
   result.vertical_rms_m = std::sqrt(result.vertical_rms_m / std::max(1, result.fixed));
   for (const auto& [tag, epoch] : rover) {
     if (epoch->observed.fix.kind() != positioning::FixKind::Differential) continue;
-    ++result.own_differential;
-    result.own_differential_rms_m += epoch->error_enu_m.squaredNorm();
+    ++result.reported_differential;
+    result.reported_differential_rms_m += epoch->error_enu_m.squaredNorm();
   }
   result.differential_rms_m = std::sqrt(result.differential_rms_m / std::max(1, result.differential));
-  result.own_differential_rms_m =
-      std::sqrt(result.own_differential_rms_m / std::max(1, result.own_differential));
+  result.reported_differential_rms_m =
+      std::sqrt(result.reported_differential_rms_m / std::max(1, result.reported_differential));
   std::cout << fmt::format("{} differential, RMS {:.3f} m; of the rover's own fixes {}, {:.3f} m\n",
-                           result.differential, result.differential_rms_m, result.own_differential,
-                           result.own_differential_rms_m);
+                           result.differential, result.differential_rms_m, result.reported_differential,
+                           result.reported_differential_rms_m);
   std::cout << fmt::format(
       "{} of {} epochs fixed, {} floating; RMS of the fixed ones {:.4f} m horizontal, {:.4f} m "
       "vertical\n",
@@ -467,10 +467,10 @@ TEST(RtcmByRnx2rtkp, DifferentialFixesAreAsGoodAsOurs) {
   // Equal noise for all: survey's weights include a budget of range errors, which are absent here.
   scenario.insert(scenario.find("nominal: true, ") + 15, "errors: {enabled: false}, ");
   const Baselines open = solve(scenario, "dgps", "l1");
-  EXPECT_EQ(open.own_differential, open.all);
+  EXPECT_EQ(open.reported_differential, open.all);
   EXPECT_GE(open.differential, 0.99 * open.all);
-  EXPECT_LT(open.own_differential_rms_m, 1.15 * open.differential_rms_m);
-  EXPECT_GT(open.own_differential_rms_m, 0.5 * open.differential_rms_m);
+  EXPECT_LT(open.reported_differential_rms_m, 1.15 * open.differential_rms_m);
+  EXPECT_GT(open.reported_differential_rms_m, 0.5 * open.differential_rms_m);
 }
 
 TEST(BaseStation, StandsStillWhereTheScenarioPutsIt) {

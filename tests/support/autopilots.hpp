@@ -68,7 +68,7 @@ class Companion {
 
 /// Moves this process and its children to a separate network, if permitted, so that ports do not collide with
 /// other processes. Call it before starting threads. Returns whether it succeeded.
-inline bool own_network() {
+inline bool isolated_network() {
   if (unshare(CLONE_NEWNET) != 0 && unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) return false;
   const int fd = socket(AF_INET, SOCK_DGRAM, 0);
   ifreq loopback{};

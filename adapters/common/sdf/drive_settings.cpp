@@ -96,7 +96,7 @@ simulation::VehicleDrive along_file(const PluginElements& elements, const DriveE
   const GpsTime zero = given.start.value_or(GpsTime::from_week(2000, 0));
   const auto read = simulation::read_trajectory_file(*given.file, given.format, zero);
   for (std::string& line : read.report.warnings()) warnings.push_back(std::move(line));
-  const GpsTime begin = given.start || !read.has_own_dates ? zero : read.trajectory.begin();
+  const GpsTime begin = given.start || !read.is_dated ? zero : read.trajectory.begin();
   try {
     return simulation::VehicleDrive::along_trajectory(read.trajectory, begin, world, given.legs.loop);
   } catch (const InputError& error) {

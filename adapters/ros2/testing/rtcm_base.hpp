@@ -18,9 +18,9 @@ namespace canyon::adapters::ros2::test {
 class PoseReceiver {
  public:
   PoseReceiver(const NodeSettings& settings, std::shared_ptr<simulation::CityScene> scene,
-               geodesy::GpsTime start, const std::string& own_name)
+               geodesy::GpsTime start, const std::string& receiver_name)
       : truth_(settings, scene->city),
-        hosted_(setup_of(settings, std::move(scene), start, own_name,
+        hosted_(setup_of(settings, std::move(scene), start, receiver_name,
                          [this](live::Tone, const std::string& line) { logged_.push_back(line); })) {}
   /// The result of PoseInbox::take().
   std::string add(const simulation::RigidPose& pose, double stamp_s, std::int64_t now_ns) {

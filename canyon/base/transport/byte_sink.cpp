@@ -53,7 +53,7 @@ class TcpSink final : public ByteSink {
       throw OutputError(address_, 0, fmt::format("cannot be reached: {}", error.message()),
                         "start the reader first");
     }
-    make_our_own(socket_);
+    claim_terminal(socket_);
   }
 
   void wait_for_reader() override {
@@ -62,7 +62,7 @@ class TcpSink final : public ByteSink {
       error_code error;
       acceptor_->accept(socket_, error);
       if (error) continue;  // disconnected again
-      make_our_own(socket_);
+      claim_terminal(socket_);
       acceptor_.reset();
     }
   }

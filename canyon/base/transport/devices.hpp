@@ -30,7 +30,7 @@ inline bool would_block(const error_code& error) {
 
 /// Makes a device non-blocking, and closes it in child processes.
 template <class Device>
-void make_our_own(Device& device) {
+void claim_terminal(Device& device) {
   device.non_blocking(true);
   fcntl(device.native_handle(), F_SETFD, FD_CLOEXEC);
 }

@@ -50,7 +50,7 @@ tcp::acceptor listen_on(asio::io_context& io, const HostPort& at) {
   if (!error) acceptor.bind({listening_address(at), static_cast<unsigned short>(at.port)}, error);
   if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
   if (error) refuse_port(at, error);
-  make_our_own(acceptor);
+  claim_terminal(acceptor);
   return acceptor;
 }
 
@@ -138,7 +138,7 @@ void TcpServer::accept_clients() {
     acceptor_.accept(socket, error);
     if (error) return;
     if (clients_.size() == max_ && !make_room()) continue;
-    make_our_own(socket);
+    claim_terminal(socket);
     set_up(socket);
     Client client{std::move(socket), ++accepted_, first_};
     if (!http_) client.first.emplace();
@@ -239,7 +239,7 @@ void TcpClient::connect() {
   if (Clock::now() < next_try_) return;
   given_up_ = Clock::now() + kMaxConnect;
   socket_ = tcp::socket(io_, tcp::v4());
-  make_our_own(socket_);
+  claim_terminal(socket_);
   set_up(socket_);
   // Asio's own call waits even for non-blocking sockets.
   if (::connect(socket_.native_handle(), server_.data(), static_cast<socklen_t>(server_.size())) == 0 ||

@@ -122,7 +122,7 @@ class PseudoTerminal final : public Terminal {
       throw InputError("cannot open a pseudo-terminal: " + error_text(error));
     }
     device_.assign(master);
-    make_our_own(device_);
+    claim_terminal(device_);
     // Both ends stay open, so that readers may come and go; raw mode, so that bytes pass unchanged.
     other_end_.assign(open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
     termios settings{};
@@ -223,7 +223,7 @@ class SerialPort final : public Terminal {
     if (error) return error;
     // Asio's serial ports have only blocking calls.
     device_.assign(fcntl(port.native_handle(), F_DUPFD_CLOEXEC, 0));
-    make_our_own(device_);
+    claim_terminal(device_);
     return error;
   }
   void lost() override {

@@ -46,7 +46,7 @@ class Udp final : public BufferedTransport {
       throw InputError(fmt::format("nothing can be sent to '{}': {}", to.host, error.message()),
                        "write udp://HOST:PORT with a host that this machine can resolve");
     }
-    make_our_own(socket_);
+    claim_terminal(socket_);
   }
   /// Datagrams that the system rejects are lost.
   void send(std::string_view bytes) override {
@@ -76,7 +76,7 @@ class UdpListener final : public BufferedTransport {
     socket_.open(udp::v4(), error);
     if (!error) socket_.bind({address, static_cast<unsigned short>(at.port)}, error);
     if (error) refuse_port(at, error);
-    make_our_own(socket_);
+    claim_terminal(socket_);
     if (!address.is_loopback()) notes_.push_back(fmt::format("port {} is open to other machines", at.port));
   }
   void send(std::string_view bytes) override {

@@ -185,11 +185,11 @@ TagMap FeatureTags::of(std::size_t feature, bool* inherited) const {
   TagMap tags = map_.features[feature].tags;
   if (!building_[feature]) return tags;
   const TagMap& from = map_.features[*building_[feature]].tags;
-  const bool own_height = has_any(tags, kHeightKeys);
+  const bool height_given = has_any(tags, kHeightKeys);
   inherit(tags, from, kHeightKeys);
   inherit(tags, from, kFacadeKeys);
   inherit(tags, from, kRoofKeys);
-  if (inherited != nullptr) *inherited = !own_height && has_any(tags, kHeightKeys);
+  if (inherited != nullptr) *inherited = !height_given && has_any(tags, kHeightKeys);
   return tags;
 }
 

@@ -53,7 +53,8 @@ struct Positions {
 
 class ColladaReader {
  public:
-  ColladaReader(const std::filesystem::path& path, bool own_names) : path_(path), own_names_(own_names) {}
+  ColladaReader(const std::filesystem::path& path, bool object_names)
+      : path_(path), object_names_(object_names) {}
 
   MeshScene read() {
     read_xml(path_, document_);
@@ -189,7 +190,7 @@ class ColladaReader {
     });
     NodeBuilder builder;
     const char* own = node.Attribute("name");
-    builder.node.name = own_names_ && own != nullptr ? own : attribute_of(node, "id");
+    builder.node.name = object_names_ && own != nullptr ? own : attribute_of(node, "id");
     if (builder.node.name.empty()) builder.node.name = attribute_of(node, "sid");
     builder.node.name.resize(std::min(builder.node.name.size(), kMaxName));
     std::string geometry_id;
@@ -404,7 +405,7 @@ class ColladaReader {
   }
 
   const std::filesystem::path& path_;
-  bool own_names_;
+  bool object_names_;
   tinyxml2::XMLDocument document_;
   std::unordered_map<std::string, const XmlElement*> by_id_;    ///< the first of each id
   std::unordered_map<const XmlElement*, Positions> positions_;  ///< of geometries in nodes
@@ -414,8 +415,8 @@ class ColladaReader {
 
 }  // namespace
 
-MeshScene read_collada(const std::filesystem::path& path, bool own_names) {
-  return ColladaReader(path, own_names).read();
+MeshScene read_collada(const std::filesystem::path& path, bool object_names) {
+  return ColladaReader(path, object_names).read();
 }
 
 }  // namespace canyon::meshes

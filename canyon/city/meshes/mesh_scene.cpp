@@ -99,9 +99,9 @@ MeshScene read_gltf_file(const std::filesystem::path& path) {
   return scene;
 }
 
-MeshScene read_mesh_scene(const std::filesystem::path& path, bool own_names) {
+MeshScene read_mesh_scene(const std::filesystem::path& path, bool object_names) {
   const std::string extension = lower_case(path.extension().string());
-  if (extension == ".dae") return read_collada(path, own_names);
+  if (extension == ".dae") return read_collada(path, object_names);
   if (extension == ".obj") return read_obj(path);
   if (extension == ".stl") return read_stl(path);
   if (extension == ".ply") return read_ply(path);

@@ -54,14 +54,14 @@ inline constexpr std::size_t kMaxName = 1000;
 ///  - .obj: v, f, o, g and usemtl
 ///  - .stl: binary or ASCII, keywords in any case
 ///  - .ply: x, y and z of vertices, and faces; ASCII or binary; strips are rejected
-/// @param own_names nodes of COLLADA get their names, which other programs may repeat, instead of their
+/// @param object_names nodes of COLLADA get their names, which other programs may repeat, instead of their
 ///   ids
-[[nodiscard]] MeshScene read_mesh_scene(const std::filesystem::path& path, bool own_names = false);
+[[nodiscard]] MeshScene read_mesh_scene(const std::filesystem::path& path, bool object_names = false);
 
 // The readers of read_mesh_scene(), one for each format.
 inline constexpr std::string_view kDamagedMesh = "export or copy it again: it is damaged";
 
-[[nodiscard]] MeshScene read_collada(const std::filesystem::path& path, bool own_names);
+[[nodiscard]] MeshScene read_collada(const std::filesystem::path& path, bool object_names);
 [[nodiscard]] MeshScene read_gltf_file(const std::filesystem::path& path);
 [[nodiscard]] MeshScene read_obj(const std::filesystem::path& path);
 [[nodiscard]] MeshScene read_ply(const std::filesystem::path& path);

@@ -195,7 +195,7 @@ void TileSource::download(const std::vector<std::string>& addresses) {
       ++downloaded_files_;
       downloaded_bytes_ += answer.body.size();
       const fs::path path = cached(address);
-      write_own_file(path, answer.body);
+      overwrite_cache_file(path, answer.body);
       const double kept_s = answer.keep_s.value_or(kKept_s);
       if (kept_s <= 0) not_to_keep_.push_back(path);
       std::error_code ignored;

@@ -91,7 +91,7 @@ Surface rendered(int width_px, int height_px, double scale, const std::function<
 
 /// Cairo names groups "surfaceN" by a process-wide counter; here they are numbered per picture, so that equal
 /// pictures have equal bytes.
-std::string with_own_numbers(const std::string& svg) {
+std::string with_unique_numbers(const std::string& svg) {
   static constexpr std::string_view kStem = "surface";
   std::map<std::string, std::size_t> numbers;
   std::string result;
@@ -281,7 +281,7 @@ std::string render_svg(double width, double height, const std::function<void(Can
   draw_on(surface.get(), 1, width, height, draw);
   cairo_surface_finish(surface.get());
   check(cairo_surface_status(surface.get()));
-  return with_own_numbers(svg);
+  return with_unique_numbers(svg);
 }
 
 Picture render(double width, double height, const std::function<void(Canvas&)>& draw, double png_scale) {

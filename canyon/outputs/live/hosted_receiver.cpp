@@ -136,9 +136,10 @@ std::string HostedReceiver::base_elsewhere() const {
   return config.base() == nullptr ? config.receiver().options.corrections.from : "";
 }
 
-void HostedReceiver::set_scene(std::shared_ptr<WorldScene> scene, std::optional<HostWorld::Id> own_model) {
+void HostedReceiver::set_scene(std::shared_ptr<WorldScene> scene,
+                               std::optional<HostWorld::Id> vehicle_model) {
   scene_ = std::move(scene);
-  own_model_ = own_model;
+  vehicle_model_ = vehicle_model;
   has_scene_ = false;
 }
 
@@ -291,7 +292,7 @@ void HostedReceiver::compute(const Motion& motion) {
 
 void HostedReceiver::follow_scene() {
   if (!scene_) return;
-  scene_->show(own_model_);
+  scene_->show(vehicle_model_);
   if (!has_scene_ || scene_->generation() != generation_) {
     for (std::size_t r = 0; r < run_->size(); ++r) (*run_)[r].set_scene(scene_->scene());
     generation_ = scene_->generation();

@@ -99,8 +99,8 @@ class HostedReceiver {
   /// @param publisher null: none @param failure prefix of its errors: "cannot publish on ROS 2"; empty: an
   /// error ends the host's call
   void add(std::unique_ptr<EpochPublisher> publisher, std::string failure = "an output has failed");
-  /// Traces rays through this scene, in which `own_model` (empty: none) stays invisible.
-  void set_scene(std::shared_ptr<WorldScene> scene, std::optional<HostWorld::Id> own_model);
+  /// Traces rays through this scene, in which `vehicle_model` (empty: none) stays invisible.
+  void set_scene(std::shared_ptr<WorldScene> scene, std::optional<HostWorld::Id> vehicle_model);
   /// The world's position on the Earth changed: restarts the receiver there. Set a scene in the new frame
   /// before the next update. Throws InputError like the constructor.
   void set_frame(const WorldFrame& frame);
@@ -170,7 +170,7 @@ class HostedReceiver {
   geodesy::GpsTime start_;
   std::shared_ptr<simulation::CityScene> city_;  // null: the scene's, or an open field
   std::shared_ptr<WorldScene> scene_;
-  std::optional<HostWorld::Id> own_model_;
+  std::optional<HostWorld::Id> vehicle_model_;
   std::uint64_t generation_ = 0;
   bool has_scene_ = false;
   simulation::Tracer tracer_;

@@ -97,7 +97,7 @@ class Encoder {
   }
   /// The bytes of encode()'s last epoch, which must still exist, for a reader whose commands configured its
   /// own output; empty: it gets those of encode(), like reader 0, whose commands configure encode().
-  [[nodiscard]] virtual std::optional<std::string> encode_own(std::uint64_t /*reader*/) { return {}; }
+  [[nodiscard]] virtual std::optional<std::string> encode_for_reader(std::uint64_t /*reader*/) { return {}; }
   /// The command by which a reader first configured its own output, since the last call; empty: none.
   [[nodiscard]] std::string take_first_command() { return std::exchange(first_command_, {}); }
   /// The rate that the other end requested since the last call, to be used after the response [baud].

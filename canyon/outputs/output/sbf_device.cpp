@@ -18,7 +18,7 @@ class SbfDevice final : public Encoder {
     messages_ = epochs_.received_messages(epoch);
     return blocks(all_);
   }
-  std::optional<std::string> encode_own(std::uint64_t reader) override {
+  std::optional<std::string> encode_for_reader(std::uint64_t reader) override {
     sbf::SbfCommands* const own = own_.find(reader);
     if (own == nullptr || own->first().empty()) return std::nullopt;
     return blocks(*own);

@@ -129,7 +129,7 @@ std::vector<EncodedStream::Waiting> EncodedStream::encode(const simulation::Epoc
   std::string all = stations_ ? std::string() : encoder_->encode(epoch);
   std::vector<std::uint64_t> others;
   for (const std::uint64_t reader : link_->transport().readers()) {
-    auto own = stations_ ? stations_->encode(reader, epoch) : encoder_->encode_own(reader);
+    auto own = stations_ ? stations_->encode(reader, epoch) : encoder_->encode_for_reader(reader);
     if (own) pieces.push_back({{}, std::move(*own), {reader}});
     if (!own) others.push_back(reader);
   }

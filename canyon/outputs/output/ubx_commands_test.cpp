@@ -301,7 +301,7 @@ TEST(UbxDevice, AConnectionSetsWhatItAloneGets) {
   const auto device = encode_ubx({"rover"});
   const std::string before = device->encode(ubx_epoch());
   (void)device->receive(1, ubx::frame(0x0601, Payload().u1(1).u1(7).bytes()));
-  EXPECT_FALSE(device->encode_own(1)) << "a poll sets nothing";
+  EXPECT_FALSE(device->encode_for_reader(1)) << "a poll sets nothing";
   EXPECT_EQ(device->take_first_command(), "");
   (void)device->receive(1, ubx::frame(0x068A, values(1, {{ubx::kOutputUbx, 0}})));
   EXPECT_EQ(device->take_first_command(), "CFG 0x8A");
@@ -312,12 +312,12 @@ TEST(UbxDevice, AConnectionSetsWhatItAloneGets) {
   later.observed.time = later.observed.time + 1;
   const auto all = test::split_frames(device->encode(later));
   EXPECT_THAT(ids(all), testing::Contains(MessageId{0x0107})) << "for those who set nothing";
-  EXPECT_EQ(device->encode_own(1), "");
-  const auto second = device->encode_own(2);
+  EXPECT_EQ(device->encode_for_reader(1), "");
+  const auto second = device->encode_for_reader(2);
   ASSERT_TRUE(second);
   EXPECT_THAT(ids(test::split_frames(*second)), testing::Not(testing::Contains(MessageId{0x0107})));
   EXPECT_EQ(test::split_frames(*second).size(), all.size() - 1);
-  EXPECT_FALSE(device->encode_own(3));
+  EXPECT_FALSE(device->encode_for_reader(3));
 }
 
 TEST(UbxDevice, TellsItsReadersApart) {

@@ -47,7 +47,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     samples_.reset();
     return encode(all_);
   }
-  std::optional<std::string> encode_own(std::uint64_t reader) override {
+  std::optional<std::string> encode_for_reader(std::uint64_t reader) override {
     Port* const own = ports_.find(reader);
     if (own == nullptr || own->commands.first().empty()) return std::nullopt;
     return encode(*own);

@@ -209,7 +209,7 @@ ReceiverHeader receiver_header(const receiver::ReceiverOptions& options) {
 }
 
 void write_header(const ViewHeader& header, const std::filesystem::path& folder) {
-  write_own_file(folder / kHeaderFile, header_json(header));
+  overwrite_cache_file(folder / kHeaderFile, header_json(header));
 }
 
 void extend_header(const std::filesystem::path& folder, const std::string& key, const Json& value,
@@ -225,7 +225,7 @@ void extend_header(const std::filesystem::path& folder, const std::string& key, 
   }
   for (const Json& chunk : chunks) all.push_back(chunk);
   header["chunks"] = std::move(all);
-  write_own_file(folder / kHeaderFile, header.dump() + "\n");
+  overwrite_cache_file(folder / kHeaderFile, header.dump() + "\n");
 }
 
 }  // namespace canyon::view

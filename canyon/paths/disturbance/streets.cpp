@@ -82,7 +82,7 @@ struct Street::Row {
 Street::Street(const StreetOptions& options, std::uint64_t seed)
     : options_(options), numbers_(street_numbers(options)), seed_(mixed(seed, fnv1a("streets"))) {
   options_.validate();
-  own_lane_ = static_cast<int>(unit(mixed(seed_, 0)) * numbers_.lanes);
+  vehicle_lane_ = static_cast<int>(unit(mixed(seed_, 0)) * numbers_.lanes);
   const double azimuth_rad = options_.azimuth_deg ? geodesy::radians(*options_.azimuth_deg)
                                                   : 2 * geodesy::kPi * unit(mixed(seed_, kAzimuth));
   heading_at_rest_ = {std::sin(azimuth_rad), std::cos(azimuth_rad)};
@@ -143,23 +143,25 @@ void Street::lanes(const Frame& frame, std::vector<Body>& bodies) const {
   };
   for (int lane = 0; lane < numbers_.lanes; ++lane) {
     const auto index = static_cast<std::uint64_t>(lane);
-    const double left_m = middle * kLane_m * (own_lane_ - lane);
-    if (lane != own_lane_) {
+    const double left_m = middle * kLane_m * (vehicle_lane_ - lane);
+    if (lane != vehicle_lane_) {
       row(kLane + index, left_m,
-          moves ? frame.along_m * (1 + kOvertaking * (own_lane_ - lane)) : travelled_m(frame.time, kLane), 0);
+          moves ? frame.along_m * (1 + kOvertaking * (vehicle_lane_ - lane)) : travelled_m(frame.time, kLane),
+          0);
     } else if (moves) {
       const auto stretch = static_cast<std::uint64_t>(std::floor(frame.along_m / kTurnover_m));
       row(mixed(kLane + index, stretch), left_m, frame.along_m, kOwn_m);
     }
-    row(kOncoming + index, middle * kLane_m * (own_lane_ + 1 + lane), -travelled_m(frame.time, kOncoming), 0);
+    row(kOncoming + index, middle * kLane_m * (vehicle_lane_ + 1 + lane), -travelled_m(frame.time, kOncoming),
+        0);
   }
 }
 
 void Street::furniture(const Frame& frame, std::vector<Body>& bodies) const {
   const double middle = numbers_.left ? -1 : 1;
   // Kerbs: of the antenna's side, and of the other side.
-  const double near_m = -middle * kLane_m * (numbers_.lanes - own_lane_ - 0.5);
-  const double far_m = middle * kLane_m * (numbers_.lanes + own_lane_ + 0.5);
+  const double near_m = -middle * kLane_m * (numbers_.lanes - vehicle_lane_ - 0.5);
+  const double far_m = middle * kLane_m * (numbers_.lanes + vehicle_lane_ + 0.5);
   const auto tree = [](const Street&, std::uint64_t draw, Body& body) {
     // Crowns of 4 to 7 m, from 3 m up.
     const double radius = 2 + 1.5 * unit(draw);

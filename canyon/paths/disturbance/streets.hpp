@@ -90,7 +90,7 @@ class Street {
   StreetOptions options_;
   StreetNumbers numbers_;
   std::uint64_t seed_;
-  int own_lane_;  // counted from the middle of the road
+  int vehicle_lane_;  // counted from the middle of the road
   Eigen::Vector2d heading_at_rest_;
 };
 

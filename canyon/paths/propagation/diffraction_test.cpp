@@ -210,9 +210,9 @@ TEST(EdgeDiffraction, IsContinuousAtTheShadowBoundary) {
 /// A block with a yard, a tower and a slab, as a scene without symmetry, rotated about the vertical.
 Mesh quarter(double yaw_rad) {
   Mesh mesh;
-  const auto rotated = [&](const Vector3d& middle, const Vector3d& size, double own_yaw) {
+  const auto rotated = [&](const Vector3d& middle, const Vector3d& size, double host_yaw) {
     const Vector3d at = Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()) * middle;
-    append(mesh, at - 0.5 * size, at + 0.5 * size, own_yaw + yaw_rad);
+    append(mesh, at - 0.5 * size, at + 0.5 * size, host_yaw + yaw_rad);
   };
   rotated({0, 30, 10}, {50, 12, 20}, 0.1);
   rotated({-30, -5, 20}, {14, 18, 40}, -0.4);

@@ -30,8 +30,8 @@ constexpr double kClockStep_m = 1000;
 constexpr double kClockStepSigmas = 6;
 /// Pseudoranges have a clock of their own if it diverges from the drift of the Dopplers by a higher mean rate
 /// over this time. Echoes common to all satellites would have to grow by the product, 100 m.
-constexpr double kOwnClock_mps = 10;
-constexpr double kOwnClock_s = 10;
+constexpr double kCodeClock_mps = 10;
+constexpr double kCodeClock_s = 10;
 
 }  // namespace
 
@@ -228,19 +228,19 @@ void widen_clocks(FilterState& filter, double variance_m2) {
 
 /// Estimates the motion of the pseudoranges' clock in `dt` seconds relative to the drift. Returns its mean
 /// square, or 0 for a clock that follows the drift.
-double own_clock_m2(OwnClock& own, const FilterState& filter, double step_m, double dt) {
+double code_clock_m2(CodeClock& own, const FilterState& filter, double step_m, double dt) {
   const System of = *std::find_if(kConstellations.begin(), kConstellations.end(),
                                   [&filter](System system) { return filter.knows(system); });
   const double clock_m = filter.x(clock_of(of)) + step_m;
   const double lateral_m = clock_m - std::exchange(own.clock_m, clock_m) - dt * filter.x(kDrift);
   if (std::exchange(own.of, of) != of || dt <= 0) return 0;
-  const double weight = -std::expm1(-dt / kOwnClock_s);
+  const double weight = -std::expm1(-dt / kCodeClock_s);
   own.rate_mps += weight * (lateral_m / dt - own.rate_mps);
   own.mean_square_m2 += weight * (lateral_m * lateral_m - own.mean_square_m2);
-  return std::abs(own.rate_mps) > kOwnClock_mps ? own.mean_square_m2 : 0;
+  return std::abs(own.rate_mps) > kCodeClock_mps ? own.mean_square_m2 : 0;
 }
 
-void mind_clocks(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double dt) {
+void mind_clocks(FilterState& filter, CodeClock& own, FilterEpoch& epoch, double dt) {
   std::vector<double>& common = epoch.innovations;
   common.clear();
   std::array<std::vector<double>, kConstellations.size()> new_residuals;
@@ -268,7 +268,7 @@ void mind_clocks(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double 
       // The time since the last epoch is by the clock, and was wrong by the clock's step.
       if (whole) filter.x.segment<3>(kPosition) -= filter.velocity() * milliseconds * 1e-3;
     } else {
-      widen_clocks(filter, own_clock_m2(own, filter, step, dt));
+      widen_clocks(filter, code_clock_m2(own, filter, step, dt));
     }
   }
   for (const System system : kConstellations) {

@@ -62,7 +62,7 @@ struct Lasting {
 };
 
 /// The clock of the pseudoranges relative to the drift of the Dopplers. Phones reset it at each epoch.
-struct OwnClock {
+struct CodeClock {
   std::optional<gnss::System> of;  ///< the clock's system; empty: unknown
   double clock_m = 0;              ///< at the last epoch, by the median of the pseudoranges
   double rate_mps = 0;
@@ -156,6 +156,6 @@ void predict(FilterState& filter, double dt, const PositionFilterOptions& option
 [[nodiscard]] FilterRow doppler_row(const FilterState& filter, const RangedSatellite& satellite);
 
 /// Handles clock steps `dt` seconds after the last epoch, and clocks of new constellations.
-void mind_clocks(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double dt);
+void mind_clocks(FilterState& filter, CodeClock& own, FilterEpoch& epoch, double dt);
 
 }  // namespace canyon::positioning

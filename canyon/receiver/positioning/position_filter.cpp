@@ -161,7 +161,7 @@ bool astray(std::optional<geodesy::GpsTime>& since, geodesy::GpsTime now, int fa
 }
 
 /// Applies one epoch's measurements at the predicted position; returns false if the filter is wrong.
-bool correct(FilterState& filter, OwnClock& own, FilterEpoch& epoch, double dt,
+bool correct(FilterState& filter, CodeClock& own, FilterEpoch& epoch, double dt,
              const PositionFilterOptions& options, bool by_residuals) {
   mind_clocks(filter, own, epoch, dt);
   using Candidate = FilterEpoch::Candidate;
@@ -333,7 +333,7 @@ struct PositionFilter::State {
   PositionFilterOptions options;
   FixOptions fix;
   std::optional<FilterState> filter;
-  OwnClock own_clock;  ///< of the receiver: it outlives a filter
+  CodeClock code_clock;  ///< of the receiver: it outlives a filter
 };
 
 PositionFilter::PositionFilter(const PositionFilterOptions& options, const FixOptions& fix)
@@ -375,7 +375,7 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Ran
       predict(*filter, dt, options);
       filter->time = receiver_time;
       look_around(epoch, filter->position(), state_->fix, klobuchar);
-      lost = !correct(*filter, state_->own_clock, epoch, dt, options, state_->fix.covariance_by_residuals);
+      lost = !correct(*filter, state_->code_clock, epoch, dt, options, state_->fix.covariance_by_residuals);
       if (!somewhere(*filter)) {
         filter.reset();
         lost = true;
@@ -389,7 +389,7 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Ran
     const std::optional<FilterState> restarted = begin(fresh, fix, state_->fix, options, klobuchar);
     if (restarted && accurate(*restarted, options)) {
       state_->filter = restarted;
-      state_->own_clock.of.reset();
+      state_->code_clock.of.reset();
       Fix answer = describe(*restarted, fresh, fix, state_->fix);
       answer.excluded = fix.excluded;
       return answer;

@@ -167,8 +167,8 @@ void add_range_term(const RangeTerm& term) {
 }
 
 void remove_range_term() {
-  constexpr std::size_t kOwn = static_cast<std::size_t>(RangeTermId::CarrierPhaseOffset) + 1;
-  if (range_term_table().size() > kOwn) range_term_table().pop_back();
+  constexpr std::size_t kReported = static_cast<std::size_t>(RangeTermId::CarrierPhaseOffset) + 1;
+  if (range_term_table().size() > kReported) range_term_table().pop_back();
 }
 
 CodeAndCarrier signal_range(const RangeState& state, std::span<double> code_terms_m) {

@@ -33,7 +33,7 @@ TEST(AndroidFixes, AreThoseOfGps) {
                                        "Fix,GPS,91.001,11.000,548.25,1.0,3,0,1714557611000\n"
                                        "Fix,GPS,48.001,11.000\n");
   const Trajectory& path = file.trajectory;
-  EXPECT_TRUE(file.has_own_dates);
+  EXPECT_TRUE(file.is_dated);
   // date -u -d @1714557600: 2024-05-01T10:00:00Z
   EXPECT_EQ(path.begin(), geodesy::parse_time("2024-05-01T10:00:00Z"));
   EXPECT_EQ(path.end(), geodesy::parse_time("2024-05-01T10:00:10Z"));

@@ -496,7 +496,7 @@ class CsvReader {
       throw file_.error(fmt::format("the unit of the time '{}' is missing", text),
                         "write it as in trajectory.columns: {time: \"stamp [ms]\"}: counted from start");
     }
-    path_.has_own_dates = false;
+    path_.is_dated = false;
     return from_start(value(fields, Time), text);
   }
 

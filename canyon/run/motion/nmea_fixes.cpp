@@ -307,10 +307,10 @@ RecordedPath read_nmea(const std::filesystem::path& path, GpsTime start, const H
   };
   const auto first = std::find_if(log.reports.begin(), log.reports.end(),
                                   [](const Report& report) { return report.date.has_value(); });
-  result.has_own_dates = first != log.reports.end();
+  result.is_dated = first != log.reports.end();
   std::size_t flat = 0;
   std::optional<GpsTime> last;
-  if (result.has_own_dates) last = instant(*first);
+  if (result.is_dated) last = instant(*first);
   double height_m = 0;
   for (const Report& report : log.reports) {
     if (report.date) {
@@ -318,7 +318,7 @@ RecordedPath read_nmea(const std::filesystem::path& path, GpsTime start, const H
       continue;
     }
     const RecordAt at{log.report, report.line};
-    if (!result.has_own_dates && start == GpsTime{}) {
+    if (!result.is_dated && start == GpsTime{}) {
       throw at.error("no RMC or ZDA sentence has the date of a fix, and the scenario has no start",
                      "add 'start: 2026-01-01T12:00:00Z' to the scenario");
     }

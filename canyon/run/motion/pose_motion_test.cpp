@@ -186,12 +186,12 @@ TEST(PoseOf, TurnsArmAndMotionIntoTheCity) {
   const Vector3d point = body.position_m + arm, velocity(1 - 0.5 * 0.4, 2 - 0.5 * 0.1, 3);
   expect_near(city.local_from_geodetic(antenna.position),
               {1000 - point.y(), 2000 + point.x(), 3000 + point.z()}, 1e-8);
-  const Eigen::Matrix3d city_from_own = city.ecef_from_local_rotation().transpose() *
-                                        geodesy::enu_from_ecef_rotation(antenna.position).transpose();
-  expect_near(city_from_own * antenna.velocity_enu_mps, {-velocity.y(), velocity.x(), velocity.z()}, 1e-9);
+  const Eigen::Matrix3d city_from_sensor = city.ecef_from_local_rotation().transpose() *
+                                           geodesy::enu_from_ecef_rotation(antenna.position).transpose();
+  expect_near(city_from_sensor * antenna.velocity_enu_mps, {-velocity.y(), velocity.x(), velocity.z()}, 1e-9);
   // It faces west in the city, whose meridian differs from its own.
-  expect_near(city_from_own * antenna.forward_enu(), {-1, 0, 0}, 1e-9);
-  expect_near(city_from_own * antenna.up_enu(), {0, 0, 1}, 1e-9);
+  expect_near(city_from_sensor * antenna.forward_enu(), {-1, 0, 0}, 1e-9);
+  expect_near(city_from_sensor * antenna.up_enu(), {0, 0, 1}, 1e-9);
   EXPECT_NEAR(antenna.yaw_rate_radps, 0.5, 1e-6);
 }
 

@@ -98,7 +98,7 @@ TrajectoryFile recorded_trajectory(RecordedPath path) {
   for (const RecordedPoint& point : path.points) samples.emplace_back(point.time, point.position);
   Trajectory trajectory(std::move(samples));
   note_pauses(trajectory, path.report);
-  return {std::move(trajectory), path.has_own_dates, std::move(path.report)};
+  return {std::move(trajectory), path.is_dated, std::move(path.report)};
 }
 
 std::string_view columns_hint() {

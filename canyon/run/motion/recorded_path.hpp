@@ -26,9 +26,9 @@ using RecordedPoints = std::vector<RecordedPoint>;
 
 /// The positions of a file.
 struct RecordedPath {
-  RecordedPoints points;      ///< at least one
-  bool timed = true;          ///< false: the file has no times
-  bool has_own_dates = true;  ///< false: its times are relative to `start`
+  RecordedPoints points;  ///< at least one
+  bool timed = true;      ///< false: the file has no times
+  bool is_dated = true;   ///< false: its times are relative to `start`
   ReadReport report;
 };
 

@@ -93,8 +93,8 @@ class Trajectory {
 /// A recorded path, and its reader's report.
 struct TrajectoryFile {
   Trajectory trajectory;
-  bool has_own_dates = true;  ///< false: its times are relative to `start`
-  ReadReport report;          ///< records left out, assumptions, and pauses
+  bool is_dated = true;  ///< false: its times are relative to `start`
+  ReadReport report;     ///< records left out, assumptions, and pauses
 };
 /// How to interpret heights of a file.
 struct HeightReading {

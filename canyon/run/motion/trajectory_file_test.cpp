@@ -53,7 +53,7 @@ TEST(TrajectoryCsv, ReadsDatesOfAnyZone) {
       "\n# a comment\n"
       "2019-04-28T12:58:24 GPST,22.32,114.19,7\n",
       "csv", GpsTime{});
-  EXPECT_TRUE(file.has_own_dates);
+  EXPECT_TRUE(file.is_dated);
   EXPECT_EQ(file.trajectory.begin(), parse_time("2019-04-28T12:58:03Z"));
   EXPECT_EQ(file.trajectory.end(), parse_time("2019-04-28T12:58:06Z"));
   const Pose pose = file.trajectory.at(parse_time("2019-04-28T12:58:04.5Z"));
@@ -78,7 +78,7 @@ TEST(TrajectoryCsv, NamesOfColumnsHaveUnits) {
     SCOPED_TRACE(header);
     const TrajectoryFile file = read(std::string(header) + "\n" + line + "\n", "csv");
     const geodesy::Geodetic geodetic = file.trajectory.at(kStart).position;
-    EXPECT_FALSE(file.has_own_dates);
+    EXPECT_FALSE(file.is_dated);
     EXPECT_EQ(file.trajectory.begin(), kStart);
     EXPECT_NEAR(degrees(geodetic.latitude_rad), -33.5, 1e-9);
     EXPECT_NEAR(degrees(geodetic.longitude_rad), 151.25, 1e-9);
@@ -332,7 +332,7 @@ std::string gga(const std::string& time, const std::string& quality = "1") {
 
 TEST(TrajectoryNmea, ReadsPositionAndEllipsoidalHeight) {
   const TrajectoryFile file = read(kGga, "nmea", parse_time("2019-04-28T00:00:00Z"));
-  EXPECT_FALSE(file.has_own_dates);
+  EXPECT_FALSE(file.is_dated);
   const Pose pose = file.trajectory.at(file.trajectory.begin());
   EXPECT_EQ(pose.time, parse_time("2019-04-28T12:35:19Z"));
   EXPECT_NEAR(degrees(pose.position.latitude_rad), 48 + 7.038 / 60, 1e-12);
@@ -346,7 +346,7 @@ TEST(TrajectoryNmea, FixesAreThoseOfTheLines) {
   const RecordedPath own =
       read_nmea(folder.write("own.nmea", gga("120000") + gga("120001", "0") + gga("120009")), kStart);
   ASSERT_EQ(own.points.size(), 2U);
-  EXPECT_FALSE(own.has_own_dates);
+  EXPECT_FALSE(own.is_dated);
   EXPECT_THAT(own.report.lines(), ElementsAre(HasSubstr("GGA sentence without a fix; left out")));
   EXPECT_EQ(own.points[1].time, parse_time("2019-04-28T12:00:09Z"));
   EXPECT_NEAR(degrees(own.points[1].position.latitude_rad), 22 + 18.06932 / 60, 1e-12);
@@ -382,7 +382,7 @@ TEST(TrajectoryNmea, TakesTheDateFromRmcOrZdaAndCrossesMidnight) {
         sentence("GPZDA,235958.00,28,04,2019,00,00") + gga("235958.50") + gga("235959.50") +
             gga("000000.50") + gga("000001.50")}) {
     const TrajectoryFile file = read(text, "nmea", GpsTime{});
-    EXPECT_TRUE(file.has_own_dates);
+    EXPECT_TRUE(file.is_dated);
     EXPECT_EQ(file.trajectory.begin(), parse_time("2019-04-28T23:59:58.5Z"));
     EXPECT_EQ(file.trajectory.end(), parse_time("2019-04-29T00:00:01.5Z"));
   }

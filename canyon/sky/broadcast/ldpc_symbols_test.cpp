@@ -189,7 +189,7 @@ class LdpcSymbols : public testing::Test {
     return *std::find_if(all.begin(), all.end(), [&](const gnss::Signal& s) { return s.name == name; });
   }
   /// The delays that are broadcast only for these signals [s].
-  [[nodiscard]] gnss::SignalDelays own_delays(
+  [[nodiscard]] gnss::SignalDelays broadcast_delays(
       std::initializer_list<std::pair<std::string_view, double>> of) const {
     gnss::SignalDelays delays;
     delays.id = e_.id;
@@ -265,7 +265,7 @@ TEST_F(LdpcSymbols, BcnavOneIsReadBack) {
     int type;
     double reference_m;
     int frame;  // from the begin of the week
-    bool own_delays;
+    bool broadcast_delays;
   };
   for (const Case& c : {Case{"C25", 27'906'500, 36000, 3, 27'906'100, 2000, false},
                         Case{"C40", 42'161'000, 36100, 2, 42'162'200, 2199, true},
@@ -273,12 +273,12 @@ TEST_F(LdpcSymbols, BcnavOneIsReadBack) {
                         Case{"C58", 27'905'000, 601'200, 3, 27'906'100, 33'599, true}}) {
     SCOPED_TRACE(c.satellite);
     gnss::NavigationData navigation = navigation_of(c.satellite, kBdtWeek + c.toe_s, c.semi_major_axis_m);
-    navigation.kepler[0].health = c.own_delays ? 1 : 0;
+    navigation.kepler[0].health = c.broadcast_delays ? 1 : 0;
     double b1c_s = e_.group_delay[0], b2a_s = e_.group_delay[1];
-    if (c.own_delays) {
+    if (c.broadcast_delays) {
       b1c_s = -2.5e-9;
       b2a_s = 7.5e-9;
-      navigation.signal_delays.push_back(own_delays({{"B1C", b1c_s}, {"B2a", b2a_s}}));
+      navigation.signal_delays.push_back(broadcast_delays({{"B1C", b1c_s}, {"B2a", b2a_s}}));
     }
     const GpsTime start = kBdtWeek + 18 * c.frame;
     for (const double within_s : {0.0, 17.99}) {
@@ -313,7 +313,7 @@ TEST_F(LdpcSymbols, BcnavOneIsReadBack) {
       r.expect_crc();
       Reader page(subframe3);
       EXPECT_EQ(page.number(6), 1U);
-      EXPECT_EQ(page.number(2), c.own_delays ? 1U : 0U);
+      EXPECT_EQ(page.number(2), c.broadcast_delays ? 1U : 0U);
       page.expect_zeros(3 + 4 + 5 + 22 + 74);
       expect_utc(page, 18 - 14, 2408 - 1356, 6, 3);
       page.expect_zeros(27);
@@ -388,7 +388,7 @@ TEST_F(LdpcSymbols, BcnavThreeIsReadBack) {
     const double toe_s = end_of_week ? 601'200 : 36100, sent_toe_s = end_of_week ? toe_s : 36000;
     gnss::NavigationData navigation = navigation_of("C40", kBdtWeek + toe_s, 42'161'000);
     navigation.kepler[0].health = 1;
-    navigation.signal_delays.push_back(own_delays({{"B2b", -2.5e-9}}));
+    navigation.signal_delays.push_back(broadcast_delays({{"B2b", -2.5e-9}}));
     for (const unsigned type : {10U, 30U}) {
       SCOPED_TRACE(type);
       const unsigned second = (end_of_week ? 604'798U : 36'000U) + (type == 10 ? 0 : 1);
@@ -429,7 +429,7 @@ TEST_F(LdpcSymbols, CnavTwoIsReadBack) {
     const char* satellite;
     double semi_major_axis_m, toe_s, reference_m;
     int frame;
-    bool own_delay;
+    bool broadcast_delay;
   };
   for (const Case& c : {Case{"G05", 26'560'000, 36000, 26'559'710, 2000, false},
                         Case{"G32", 26'561'000, 7200 - 16, 26'559'710, 399, true},
@@ -438,15 +438,15 @@ TEST_F(LdpcSymbols, CnavTwoIsReadBack) {
     SCOPED_TRACE(c.satellite);
     const GpsTime week = GpsTime::from_week(2408, 0), start = week + 18 * c.frame;
     gnss::NavigationData navigation = navigation_of(c.satellite, week + c.toe_s, c.semi_major_axis_m);
-    navigation.kepler[0].health = c.own_delay ? 1 : 0;
+    navigation.kepler[0].health = c.broadcast_delay ? 1 : 0;
     gnss::Klobuchar klobuchar;
     klobuchar.alpha[1] = 3 * 0x1p-27;
     navigation.klobuchar[e_.id.system] = klobuchar;
     const double tgd_s = e_.group_delay[0];
     double l1c_s = tgd_s;
-    if (c.own_delay) {
+    if (c.broadcast_delay) {
       l1c_s = -7e-9;
-      navigation.signal_delays.push_back(own_delays({{"L1C", l1c_s}}));
+      navigation.signal_delays.push_back(broadcast_delays({{"L1C", l1c_s}}));
     }
     const Bits frame = bits(navigation, "L1C", start + 17.99, start, 0.01, 1800);
     // Subframe 1: the count at the start of the next frame; its first bit inverts BCH(51,8) of the others.
@@ -471,7 +471,7 @@ TEST_F(LdpcSymbols, CnavTwoIsReadBack) {
     EXPECT_EQ(r.number(13), 2408U);
     EXPECT_EQ(r.number(8), static_cast<unsigned>(c.frame / 400));
     EXPECT_EQ(r.number(11), toe_s / 300);
-    EXPECT_EQ(r.number(1), c.own_delay ? 1U : 0U);
+    EXPECT_EQ(r.number(1), c.broadcast_delay ? 1U : 0U);
     EXPECT_EQ(r.number(5), 0U) << "2 m";
     EXPECT_EQ(r.number(11), toe_s / 300);
     expect_ellipse(r, e_, toe_s - c.toe_s, 3.986005e14, c.reference_m);

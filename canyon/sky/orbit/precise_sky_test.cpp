@@ -73,10 +73,10 @@ struct MadeUp {
       };
       Eigen::Vector3d p = circle(60.0 * value(by_time, 15 * k)) / 1e3;
       if (bad_position.count(k) != 0) p.setZero();
-      const auto own_clock = clock.find(k);
+      const auto code_clock = clock.find(k);
       text += fmt::format(
           "P{}{:14.{}f}{:14.{}f}{:14.{}f}{}\n", satellite, p.x(), decimals, p.y(), decimals, p.z(), decimals,
-          own_clock != clock.end() ? own_clock->second : fmt::format("{:14.6f}", 100 + 0.9 * k));
+          code_clock != clock.end() ? code_clock->second : fmt::format("{:14.6f}", 100 + 0.9 * k));
       text += fmt::format("EP  55   55   55     222  1234567\nV{}{:14.6f}{:14.6f}{:14.6f}{:14.6f}\n",
                           satellite, 1.0, 2.0, 3.0, 4.0);
     }

@@ -41,7 +41,7 @@ Drive drive_of(const test::SimulatedRecording& recorded, const test::SimulatedRe
   drive.name = "car";
   drive.environment = &recorded.environment();
   drive.recording = recorded.read();
-  drive.recording.own_fixes.clear();  // of single epochs, no filter's
+  drive.recording.reported_fixes.clear();  // of single epochs, no filter's
   drive.receiver = recorded.scenario().receivers.front();
   plain_receiver(drive.receiver);
   if (base) base(drive.receiver);

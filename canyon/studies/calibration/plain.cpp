@@ -428,8 +428,8 @@ validation::Recording part_of(const validation::Recording& recording, std::size_
   }
   for (validation::PseudorangeResidual& o : residuals.observations) o.epoch -= first;
   for (validation::PseudorangeResidual& o : residuals.further) o.epoch -= first;
-  for (const validation::Recording::OwnFix& fix : recording.own_fixes)
-    if (fix.time >= begin.reception && fix.time <= last.reception) part.own_fixes.push_back(fix);
+  for (const validation::Recording::ReportedFix& fix : recording.reported_fixes)
+    if (fix.time >= begin.reception && fix.time <= last.reception) part.reported_fixes.push_back(fix);
   return part;
 }
 

@@ -150,8 +150,8 @@ void visit(options::Visitor& v, Axis& o) {
             o.crossed);
   if (!v.reads()) return;
 
-  const bool own_key = o.kind != Axis::Kind::Values && o.kind != Axis::Kind::Range;
-  if (own_key && !o.key.empty())
+  const bool is_bench_key = o.kind != Axis::Kind::Values && o.kind != Axis::Kind::Range;
+  if (is_bench_key && !o.key.empty())
     throw v.fault("key", "times, seeds, drives and unknowns have their own key", "leave it out");
   if (o.kind == Axis::Kind::Times) o.key = "start";
   if (o.kind == Axis::Kind::Seeds) o.key = "seed";

@@ -322,10 +322,11 @@ TEST(Comparison, OwnFixesAndThePositionFilter) {
   std::size_t next = 0, compared = 0;
   for (const simulation::Epoch& epoch : recorded.epochs()) {
     if (!epoch.observed.fix.solved()) continue;
-    while (next < recording.own_fixes.size() && recording.own_fixes[next].time - epoch.observed.time < -0.1)
+    while (next < recording.reported_fixes.size() &&
+           recording.reported_fixes[next].time - epoch.observed.time < -0.1)
       ++next;
-    if (next == recording.own_fixes.size()) break;
-    const Recording::OwnFix& own = recording.own_fixes[next];
+    if (next == recording.reported_fixes.size()) break;
+    const Recording::ReportedFix& own = recording.reported_fixes[next];
     if (own.time - epoch.observed.time > 0.1) continue;  // the truth's first or last instant
     const Eigen::Vector3d error_enu_m =
         geodesy::enu_from_ecef_rotation(epoch.truth.position) *

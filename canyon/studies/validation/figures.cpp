@@ -525,7 +525,7 @@ PositionMetrics reported_fix_metrics(const Recording& recording, const Compariso
     constexpr double kRounded_s = 0.01;
     const geodesy::GpsTime begin = comparison.epochs[first].time,
                            end = comparison.epochs[first + count - 1].time;
-    for (const Recording::OwnFix& own : recording.own_fixes) {
+    for (const Recording::ReportedFix& own : recording.reported_fixes) {
       if (own.time - begin < -kRounded_s || own.time - end > kRounded_s) continue;
       fixes.push_back({true, own.error_enu_m});
     }

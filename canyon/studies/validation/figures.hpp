@@ -131,7 +131,7 @@ struct ModelMetrics : ObservationMetrics {  ///< of each system's first signal
   std::vector<SegmentMetrics> segments;  ///< of at least 10 epochs
   std::vector<SignalMetrics> signals;    ///< by system, then in the order of gnss::signals_of()
   /// Positions that the recorded receiver reported by NMEA; its satellites are not known: mean_used is NaN.
-  std::optional<PositionMetrics> own_fixes;
+  std::optional<PositionMetrics> reported_fixes;
   std::vector<NeverTracked> never_tracked;  ///< in the whole recording; set by the caller of never_tracked()
   bool left_out = false;                    ///< they are removed: CompareOptions::leave_out
 };

@@ -155,7 +155,7 @@ Json json_of(const ModelMetrics& f) {
   json["distributions"]["satellites_used"] = json_of(f.used);
   json["position"] = json_of(f.position);
   if (f.filtered.measured.epochs > 0) json["filtered_position"] = json_of(f.filtered);
-  if (f.own_fixes) json["own_fixes"] = json_of(*f.own_fixes);
+  if (f.reported_fixes) json["own_fixes"] = json_of(*f.reported_fixes);
   json["never_tracked"] = Json::array();
   for (const NeverTracked& s : f.never_tracked) {
     json["never_tracked"].push_back(
@@ -319,8 +319,8 @@ std::vector<MetricTable> position_tables(const ModelMetrics& f) {
        {availability("Measured", f.position.measured), availability("Simulated", f.position.simulated)}}};
   MetricTable filtered{"Position, by the same filter on both", head};
   if (f.filtered.measured.epochs > 0) filtered.rows = error_rows(f.filtered);
-  if (f.own_fixes)
-    filtered.rows.push_back(quantiles_row("Horizontal, receiver's own", f.own_fixes->horizontal_m));
+  if (f.reported_fixes)
+    filtered.rows.push_back(quantiles_row("Horizontal, receiver's own", f.reported_fixes->horizontal_m));
   if (!filtered.rows.empty()) tables.push_back(std::move(filtered));
   MetricTable reported{
       "Errors relative to the reported accuracy",

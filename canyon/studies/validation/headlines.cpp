@@ -25,8 +25,9 @@ Number horizontal(const ModelMetrics& f, Side side) {
   return known(f.position.of(side).horizontal_m.at(kQuantile));
 }
 template <std::size_t kQuantile>
-Number own_horizontal(const ModelMetrics& f, Side side) {
-  return known((side == Side::Measured ? *f.own_fixes : f.filtered.simulated).horizontal_m.at(kQuantile));
+Number reported_horizontal(const ModelMetrics& f, Side side) {
+  return known(
+      (side == Side::Measured ? *f.reported_fixes : f.filtered.simulated).horizontal_m.at(kQuantile));
 }
 Number satellites_used(const ModelMetrics& f, Side side) {
   return known(f.position.of(side).mean_used);
@@ -72,7 +73,8 @@ constexpr MetricRange kDistance{Of::Value, 0, 0.2};
 constexpr MetricRange kTenth{Of::Difference, 0, 0.1};
 constexpr MetricRange kRatio{Of::Ratio, 0.7, 1.4};
 
-constexpr Kind kModel = Kind::OfModel, kBoth = Kind::Both, kPair = Kind::Pair, kOwn = Kind::OwnFixes;
+constexpr Kind kModel = Kind::OfModel, kBoth = Kind::Both, kPair = Kind::Pair,
+               kReported = Kind::ReportedFixes;
 constexpr MetricInfo kMetrics[]{
     {"auc_cn0", "AUC C/N0", 3, kModel, auc<&ModelMetrics::by_cn0>},
     {"auc_error", "AUC error", 3, kModel, auc<&ModelMetrics::by_error>},
@@ -92,8 +94,8 @@ constexpr MetricInfo kMetrics[]{
     {"tracked_over_time", "tracked over time", 2, kBoth, tracked_over_time, {Of::Value, 1, 0.5}},
     {"spearman", "Spearman", 2, kBoth, spearman_of, {Of::Value, 1, 0.6}},
     {"median_difference_m", "median difference [m]", 1, kBoth, median_difference, {Of::Value, 0, 10}},
-    {"own_fix_p50_m", "filter p50 (own fixes) [m]", 1, kOwn, own_horizontal<kMedian>},
-    {"own_fix_p95_m", "filter p95 (own fixes) [m]", 1, kOwn, own_horizontal<kP95>}};
+    {"own_fix_p50_m", "filter p50 (own fixes) [m]", 1, kReported, reported_horizontal<kMedian>},
+    {"own_fix_p95_m", "filter p95 (own fixes) [m]", 1, kReported, reported_horizontal<kP95>}};
 
 /// Both numbers of a headline, each formatted by `show`.
 template <typename Value, typename Show>
@@ -153,7 +155,7 @@ Headline headline(const MetricInfo& info, const ModelMetrics& f) {
 std::vector<Headline> headlines(const ModelMetrics& f) {
   std::vector<Headline> result;
   for (const MetricInfo& info : kMetrics) {
-    const bool shown = info.kind != Kind::OfModel && (info.kind != Kind::OwnFixes || f.own_fixes);
+    const bool shown = info.kind != Kind::OfModel && (info.kind != Kind::ReportedFixes || f.reported_fixes);
     if (shown) result.push_back(headline(info, f));
   }
   return result;

@@ -35,10 +35,10 @@ struct MetricRange {
 /// A metric, and the range that the score card compares it with (docs/results.md).
 struct MetricInfo {
   enum class Kind {
-    OfModel,  ///< only in the table of models, without a headline
-    Both,     ///< one value of measured and simulated together, such as a distance
-    Pair,     ///< one value measured, one simulated
-    OwnFixes  ///< as Pair, in recordings with reported fixes
+    OfModel,       ///< only in the table of models, without a headline
+    Both,          ///< one value of measured and simulated together, such as a distance
+    Pair,          ///< one value measured, one simulated
+    ReportedFixes  ///< as Pair, in recordings with reported fixes
   };
   using Value = std::optional<double> (*)(const ModelMetrics& metrics, Side side);
 
@@ -61,7 +61,7 @@ struct Headline {
 
   /// Whether recorded and simulated have one each.
   [[nodiscard]] bool pair() const {
-    return info.kind == MetricInfo::Kind::Pair || info.kind == MetricInfo::Kind::OwnFixes;
+    return info.kind == MetricInfo::Kind::Pair || info.kind == MetricInfo::Kind::ReportedFixes;
   }
   /// MetricRange::distance() of the metric; empty without a range, and if a value is missing.
   [[nodiscard]] std::optional<double> distance() const;

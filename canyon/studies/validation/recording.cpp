@@ -188,20 +188,20 @@ std::optional<std::string> truth_warning(const Recording& recording, const orbit
 }
 
 /// Errors of the positions that the recorded receiver itself reported.
-void add_own_fixes(const std::filesystem::path& nmea, const simulation::Trajectory& truth,
-                   const Eigen::Vector3d& lever_arm_m, const simulation::HeightReading& heights,
-                   Recording& recording) {
+void add_reported_fixes(const std::filesystem::path& nmea, const simulation::Trajectory& truth,
+                        const Eigen::Vector3d& lever_arm_m, const simulation::HeightReading& heights,
+                        Recording& recording) {
   simulation::RecordedPath own =
       simulation::read_recorded_path(nmea, "nmea", recording.residuals.epochs.front().reception, heights);
   simulation::keep_rising(own);
   for (const auto& [time, position, line] : own.points) {
     if (!truth.covers(time)) continue;
     const geodesy::Geodetic antenna = simulation::mounted_antenna(truth.at(time), lever_arm_m).position;
-    recording.own_fixes.push_back(
+    recording.reported_fixes.push_back(
         {time, geodesy::enu_from_ecef_rotation(antenna) *
                    (geodesy::ecef_from_geodetic(position) - geodesy::ecef_from_geodetic(antenna))});
   }
-  if (recording.own_fixes.empty()) {
+  if (recording.reported_fixes.empty()) {
     throw InputError(
         nmea, 0,
         fmt::format("none of its {} fixes ({} to {}) is in the truth", own.points.size(),
@@ -297,7 +297,8 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
   }
   if (auto warning = truth_warning(recording, environment.sky(), environment.klobuchar()))
     recording.warnings.push_back(*std::move(warning));
-  if (options.nmea) add_own_fixes(*options.nmea, path.trajectory, lever_arm_m, {true, geoid_m}, recording);
+  if (options.nmea)
+    add_reported_fixes(*options.nmea, path.trajectory, lever_arm_m, {true, geoid_m}, recording);
   return recording;
 }
 

@@ -49,11 +49,11 @@ struct Recording {
   /// horizon, sigma 1 m, one for each of the epoch's residuals and in their order.
   std::vector<std::vector<positioning::Measurement>> measurements;  ///< one list for each of residuals.epochs
   /// Positions that the recorded receiver reported, and their errors (RecordingOptions::nmea).
-  struct OwnFix {
+  struct ReportedFix {
     geodesy::GpsTime time;
     Eigen::Vector3d error_enu_m = Eigen::Vector3d::Zero();
   };
-  std::vector<OwnFix> own_fixes;  ///< within the truth's span, by time
+  std::vector<ReportedFix> reported_fixes;  ///< within the truth's span, by time
   std::vector<std::string> warnings;
 
   /// The antenna of an epoch in the unmoved map if the city is moved: the start of its rays [m].

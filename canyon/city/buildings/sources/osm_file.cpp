@@ -266,7 +266,7 @@ void check_tags(const osmium::TagList& tags) {
 /// Changes an object's ids and references to those of the n-th file, as described at OsmId.
 void number_by_file(osmium::OSMObject& object, OsmId n) {
   if (n == 0) return;
-  const auto own = [n](OsmId id) { return id < 0 && id > -kOwnIds ? id - n * kOwnIds : id; };
+  const auto own = [n](OsmId id) { return id < 0 && id > -kGeneratedIds ? id - n * kGeneratedIds : id; };
   object.set_id(own(object.id()));
   if (object.type() == osmium::item_type::way)
     for (osmium::NodeRef& node : static_cast<osmium::Way&>(object).nodes()) node.set_ref(own(node.ref()));

@@ -412,9 +412,9 @@ std::string reason_to_leave_out(const TagMap& tags, std::string_view value) {
 }  // namespace
 
 std::string osm_name(const char* kind, OsmId id) {
-  const OsmId file = id < 0 ? -(id / kOwnIds) : 0;
+  const OsmId file = id < 0 ? -(id / kGeneratedIds) : 0;
   return file == 0 ? fmt::format("{}/{}", kind, id)
-                   : fmt::format("{}/{}@{}", kind, id + file * kOwnIds, file + 1);
+                   : fmt::format("{}/{}@{}", kind, id + file * kGeneratedIds, file + 1);
 }
 
 OsmObjects read_osm_objects(const std::vector<std::filesystem::path>& paths, const OsmReadOptions& options) {

@@ -35,9 +35,9 @@ inline constexpr const char* kBelow = "with zero storeys above the ground and so
 [[nodiscard]] bool is_uninformative(const TagMap& tags);
 
 /// Ids below zero are of objects that were never uploaded to a server (JOSM), and are valid only in their
-/// file: those of the n-th file (from 0) are lowered by n * kOwnIds.
+/// file: those of the n-th file (from 0) are lowered by n * kGeneratedIds.
 using OsmId = std::int64_t;
-inline constexpr OsmId kOwnIds = OsmId{1} << 48;
+inline constexpr OsmId kGeneratedIds = OsmId{1} << 48;
 /// "way/123"; "way/-1@2" of the second file.
 [[nodiscard]] std::string osm_name(const char* kind, OsmId id);
 

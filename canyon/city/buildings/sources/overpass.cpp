@@ -284,7 +284,7 @@ std::vector<std::filesystem::path> download_osm(
     if (!is_kept(file)) {
       const std::string body = send_query(map_query(tile, options), options);
       check_osm(body, options);
-      write_own_file(file, body);
+      overwrite_cache_file(file, body);
     }
     files.push_back(file);
     if (progress) progress(files.size(), tiles.size());
@@ -330,7 +330,7 @@ LonLatBox find_named_area(const std::string& name, const OverpassOptions& option
                                  largest->name, position.name, points.size()),
                      "add the region or country after a comma, or give a box");
   }
-  if (!kept) write_own_file(file, body);
+  if (!kept) overwrite_cache_file(file, body);
   return largest->box;
 }
 

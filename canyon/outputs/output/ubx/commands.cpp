@@ -159,7 +159,7 @@ void UbxCommands::take(MessageId id, std::string_view payload, std::string& answ
                     Payload().u1(id >> 8).u1(id & 0xFF).bytes());
   } else if (payload.empty() && id == kVersion) {
     answer += frame(id, version_payload(generation_));
-  } else if (payload.empty() && settings_.current.rate_key(id, kOwnPort)) {
+  } else if (payload.empty() && settings_.current.rate_key(id, kConnectedPort)) {
     if (const auto polled = outputs_.output(id, settings_.current)) answer += frame(id, *polled);
   }
 }
@@ -203,7 +203,7 @@ UbxCommands::Reply UbxCommands::message_rate(std::string_view payload, std::stri
   if (payload.size() != 2 && payload.size() != 3 && payload.size() != 2 + 6) return Reply::Refuse;
   const auto id = static_cast<MessageId>(number_at(payload, 0, 1) << 8 | number_at(payload, 1, 1));
   Configuration& settings = settings_.current;
-  const auto own = settings.rate_key(id, kOwnPort);
+  const auto own = settings.rate_key(id, kConnectedPort);
   if (!own) return Reply::Refuse;
   if (payload.size() == 2) {
     Payload p;
@@ -216,7 +216,8 @@ UbxCommands::Reply UbxCommands::message_rate(std::string_view payload, std::stri
     return Reply::Acknowledge;
   }
   const bool base_words = payload.size() == 3;
-  for (int port = base_words ? kOwnPort : 0; port < (base_words ? kOwnPort + 1 : kPorts); ++port) {
+  for (int port = base_words ? kConnectedPort : 0; port < (base_words ? kConnectedPort + 1 : kPorts);
+       ++port) {
     const auto key = settings.rate_key(id, port);
     const std::uint64_t rate = number_at(payload, base_words ? 2 : 2 + static_cast<std::size_t>(port), 1);
     if (key && !settings.set(*key, rate)) return Reply::Refuse;
@@ -227,7 +228,7 @@ UbxCommands::Reply UbxCommands::message_rate(std::string_view payload, std::stri
 bool UbxCommands::set_port(int port, std::uint64_t baud, std::uint64_t in, std::uint64_t out) {
   if (port < 0 || port >= kPorts) return false;
   Configuration& settings = settings_.current;
-  if (port == kOwnPort && !settings.set(kBaud, baud)) return false;
+  if (port == kConnectedPort && !settings.set(kBaud, baud)) return false;
   const PortKeys& keys = kPortKeys[static_cast<std::size_t>(port)];
   for (const auto& [bit, offset] : kProtocols) {
     settings.set(keys.in + offset, in >> bit & 1);
@@ -239,10 +240,10 @@ bool UbxCommands::set_port(int port, std::uint64_t baud, std::uint64_t in, std::
 UbxCommands::Reply UbxCommands::port(std::string_view payload, std::string& answer) {
   constexpr std::size_t kBlock = 20;
   if (payload.size() <= 1) {
-    const std::uint64_t port = payload.empty() ? kOwnPort : number_at(payload, 0, 1);
+    const std::uint64_t port = payload.empty() ? kConnectedPort : number_at(payload, 0, 1);
     if (port >= kPorts) return Reply::Refuse;
     const Configuration& settings = settings_.current;
-    const bool own = port == kOwnPort;
+    const bool own = port == kConnectedPort;
     Payload p;
     p.u1(port).u1(0).u2(0).u4(own ? 0x8D0 : 0).u4(own ? *settings.value(kBaud) : 0);  // 8N1
     p.u2(mask_of(settings, kPortKeys[port].in)).u2(mask_of(settings, kPortKeys[port].out)).zeros(4);

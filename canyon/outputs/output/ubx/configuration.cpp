@@ -92,7 +92,7 @@ constexpr std::uint32_t kOn[]{
     0x10770002, 0x10770004, 0x10780001, 0x10790001, 0x10790002, 0x10790004, 0x107a0001};
 
 // Not accessible by CFG-VALSET: no key has these high bits.
-constexpr std::uint32_t kOwnRate = 0x80000000;
+constexpr std::uint32_t kConnectedRate = 0x80000000;
 
 const MessageInfo* info_of(MessageId id, Generation generation) {
   for (const MessageInfo& info : kMessages)
@@ -108,7 +108,7 @@ std::span<const MessageInfo> messages() {
 
 int value_size(std::uint32_t key) {
   constexpr std::array<int, 8> kSizes{0, 1, 1, 2, 4, 8, 0, 0};
-  return key < kOwnRate ? kSizes[key >> 28 & 7] : 0;
+  return key < kConnectedRate ? kSizes[key >> 28 & 7] : 0;
 }
 
 Configuration::Configuration(Generation generation, int period_ms, bool rtk, bool dead_reckoning,
@@ -123,13 +123,13 @@ Configuration::Configuration(Generation generation, int period_ms, bool rtk, boo
     if (!info.known(generation)) continue;
     for (int port = 0; port < kPorts; ++port) {
       const auto key = rate_key(info.id, port);
-      if (key) values_[*key] = port == kOwnPort ? static_cast<std::uint64_t>(info.rate) : 0;
+      if (key) values_[*key] = port == kConnectedPort ? static_cast<std::uint64_t>(info.rate) : 0;
     }
   }
-  if (generation == Generation::M8) values_[*rate_key(0x0A09, kOwnPort)] = 1;  // has no MON-RF
-  if (const auto key = rate_key(kRelativePosition, kOwnPort); rtk && key) values_[*key] = 1;
+  if (generation == Generation::M8) values_[*rate_key(0x0A09, kConnectedPort)] = 1;  // has no MON-RF
+  if (const auto key = rate_key(kRelativePosition, kConnectedPort); rtk && key) values_[*key] = 1;
   if (dead_reckoning)
-    for (const MessageId id : {kFusionStatus, kSensorSamples}) values_[*rate_key(id, kOwnPort)] = 1;
+    for (const MessageId id : {kFusionStatus, kSensorSamples}) values_[*rate_key(id, kConnectedPort)] = 1;
   // Blocks with their defaults: dynModel and fixMode are from the keys.
   Payload engine;  // CFG-NAV5
   engine.u2(0xFFFF).u1(0).u1(3).u4(0).u4(10000).u1(5).u1(0).u2(250).u2(250).u2(100).u2(350).u1(0).u1(60);
@@ -173,7 +173,7 @@ std::vector<std::uint32_t> Configuration::keys(std::uint32_t mask) const {
   std::vector<std::uint32_t> found;
   const bool any_item = (mask & 0xFFFF) == 0xFFFF, any_group = (mask & 0x0FFF0000) == 0x0FFF0000;
   for (const auto& [key, value] : values_) {
-    if (key >= kOwnRate) continue;
+    if (key >= kConnectedRate) continue;
     if (key == mask || (any_item && (any_group || (key & 0x0FFF0000) == (mask & 0x0FFF0000))))
       found.push_back(key);
   }
@@ -184,12 +184,12 @@ std::optional<std::uint32_t> Configuration::rate_key(MessageId id, int port) con
   const MessageInfo* info = info_of(id, generation_);
   if (info == nullptr || port < 0 || port >= kPorts) return std::nullopt;
   if (info->key != 0) return info->key + static_cast<std::uint32_t>(port);
-  if (port != kOwnPort) return std::nullopt;
-  return kOwnRate | id;
+  if (port != kConnectedPort) return std::nullopt;
+  return kConnectedRate | id;
 }
 
 int Configuration::rate(MessageId id) const {
-  const auto key = rate_key(id, kOwnPort);
+  const auto key = rate_key(id, kConnectedPort);
   return key ? static_cast<int>(values_.at(*key)) : 0;
 }
 

@@ -23,7 +23,7 @@ using Generation = simulation::UbxGeneration;
 
 /// The ports in settings; the device is on UART1.
 inline constexpr int kPorts = 5;  ///< I2C (DDC), UART1, UART2, USB, SPI
-inline constexpr int kOwnPort = 1;
+inline constexpr int kConnectedPort = 1;
 
 /// The event that makes the device send a message.
 enum class Sent : std::uint8_t {

@@ -349,7 +349,7 @@ void print_threads() {
     std::vector<std::thread> workers;
     for (int i = 0; i < threads; ++i) {
       workers.emplace_back([&, i] {
-        const double own_start = now(), cpu_start = cpu_seconds();
+        const double cell_start = now(), cpu_start = cpu_seconds();
         std::vector<std::uint8_t> blocked(kMaxCells);
         for (std::size_t t = next++; t < f.tiles.size(); t = next++) {
           const CellPlane& tile = f.tiles[t];
@@ -357,9 +357,9 @@ void print_threads() {
             f.caster.shadows(tile, direction, {blocked.data(), std::size_t{tile.columns} * tile.rows});
           }
         }
-        const double own_cpu = cpu_seconds() - cpu_start;
-        if (own_cpu < 0.97 * (now() - own_start)) disturbed = true;
-        cpu[static_cast<std::size_t>(i)] = own_cpu;
+        const double cell_cpu = cpu_seconds() - cpu_start;
+        if (cell_cpu < 0.97 * (now() - cell_start)) disturbed = true;
+        cpu[static_cast<std::size_t>(i)] = cell_cpu;
       });
     }
     for (std::thread& worker : workers) worker.join();
