@@ -31,10 +31,10 @@ struct EnsembleArguments : DriveArguments {
   bool unsaid = false;
 };
 
-using Known = std::vector<unknowns::Unknown>;
+using FixedUnknowns = std::vector<unknowns::Unknown>;
 using ProgressCallback = std::function<void(std::size_t, std::size_t)>;
 
-bool is_known(const Known& known, unknowns::Unknown unknown) {
+bool is_known(const FixedUnknowns& known, unknowns::Unknown unknown) {
   return std::find(known.begin(), known.end(), unknown) != known.end();
 }
 
@@ -47,7 +47,7 @@ class EnsembleDrive : public RecordedDrive {
     if (arguments.unsaid) unknowns::forget(scenario_);
   }
 
-  void start(const Known& known) {
+  void start(const FixedUnknowns& known) {
     load();
     recording_ = calibration::part_of(recording_, part_.first, part_.count);
     add_map(known);
@@ -75,7 +75,7 @@ class EnsembleDrive : public RecordedDrive {
 
  private:
   /// The uncertainty of the map's position is that of its alignment, unless it should stay unknown.
-  void add_map(const Known& known) {
+  void add_map(const FixedUnknowns& known) {
     simulation::Georeference& georeference = scenario_.city.georeference;
     if (is_known(known, unknowns::Unknown::Map))
       georeference = {};
@@ -138,7 +138,7 @@ void write_ensemble(const EnsembleArguments& arguments, const Drives& drives) {
 /// metrics next to the recorded ones. Ctrl-C ends it without results.
 int run_ensemble(const EnsembleArguments& arguments) {
   return unless_interrupted([&] {
-    const Known known = unknowns::unknowns_of(arguments.known);
+    const FixedUnknowns known = unknowns::unknowns_of(arguments.known);
     const bool listed = validation::is_recording_list(arguments.scenario);
     const Drives drives = drives_of<EnsembleDrive>(arguments, recordings_of(arguments, listed), listed);
     for (const auto& drive : drives) drive->start(known);

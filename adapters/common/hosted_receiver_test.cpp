@@ -57,7 +57,7 @@ std::string damaged() {
 
 class Collector final : public live::EpochPublisher {
  public:
-  struct Seen {
+  struct ObservedEpochs {
     std::int64_t sim_time_ns;
     bool epoch;
     std::string reason;
@@ -65,7 +65,7 @@ class Collector final : public live::EpochPublisher {
     std::vector<double> ranges_m;
     std::vector<receiver::SatelliteObservation> satellites;
   };
-  explicit Collector(std::vector<Seen>& seen, int& resets) : seen_(seen), resets_(resets) {}
+  explicit Collector(std::vector<ObservedEpochs>& seen, int& resets) : seen_(seen), resets_(resets) {}
   void publish(const live::ReceiverReport& report) override {
     seen_.push_back({report.sim_time_ns, report.step != nullptr, report.reason, report.antenna_world_m,
                      report.scan_ranges_m,
@@ -75,7 +75,7 @@ class Collector final : public live::EpochPublisher {
   void reset() override { ++resets_; }
 
  private:
-  std::vector<Seen>& seen_;
+  std::vector<ObservedEpochs>& seen_;
   int& resets_;
 };
 
@@ -116,7 +116,7 @@ class Host {
   }
 
   std::vector<std::string> lines;
-  std::vector<Collector::Seen> seen;
+  std::vector<Collector::ObservedEpochs> seen;
   int resets = 0;
   bool lost = false, broken = false;
   Vector3d position{0, 0, 1.5};
@@ -158,7 +158,7 @@ TEST(HostedReceiver, ObservesTheStreetWithoutSdf) {
   for (int ms = 0; ms <= 1000; ms += 100) host.update(ms);
   ASSERT_EQ(host.seen.size(), 6U) << "5 Hz";
   EXPECT_EQ(host.seen[1].sim_time_ns, 200'000'000);
-  for (const Collector::Seen& seen : host.seen) {
+  for (const Collector::ObservedEpochs& seen : host.seen) {
     ASSERT_TRUE(seen.epoch) << seen.reason;
     EXPECT_EQ(seen.antenna_world_m, Vector3d(0, 0, 2));
     ASSERT_EQ(seen.satellites.size(), test::street_satellites().size());
@@ -245,7 +245,7 @@ TEST(HostedReceiver, ChangesItsRateOnTheGrid) {
     EXPECT_THAT(live::answer(request, {host.receiver->adjustable("car")}), HasSubstr("set car: "));
   }
   std::vector<std::int64_t> times_ms;
-  for (const Collector::Seen& seen : host.seen) times_ms.push_back(seen.sim_time_ns / 1'000'000);
+  for (const Collector::ObservedEpochs& seen : host.seen) times_ms.push_back(seen.sim_time_ns / 1'000'000);
   EXPECT_THAT(times_ms, ElementsAre(0, 200, 400, 600, 1000, 1500, 2000, 2500));
 }
 

@@ -57,7 +57,7 @@ MasterReply parse_answer(const std::string& answer) {
     const std::size_t begin = answer.find(tag);
     if (begin == std::string::npos) continue;
     const std::string_view rest = std::string_view(answer).substr(begin + tag.size());
-    return trim(rest.substr(0, rest.find('<'))) == "1" ? MasterReply::Known : MasterReply::Unknown;
+    return trim(rest.substr(0, rest.find('<'))) == "1" ? MasterReply::Registered : MasterReply::Unknown;
   }
   return MasterReply::None;
 }

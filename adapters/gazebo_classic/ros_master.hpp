@@ -18,9 +18,9 @@ struct MasterAddress {
 [[nodiscard]] std::optional<MasterAddress> parse_master_uri(const std::string& uri);
 
 enum class MasterReply : std::uint8_t {
-  None,     ///< no response of a master within the time
-  Unknown,  ///< a master without the node
-  Known,    ///< a master with the node
+  None,        ///< no response of a master within the time
+  Unknown,     ///< a master without the node
+  Registered,  ///< a master with the node
 };
 
 /// Queries a master for a node (XML-RPC lookupNode), without roscpp, whose query has only the network stack's

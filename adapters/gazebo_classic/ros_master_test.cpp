@@ -114,8 +114,8 @@ TEST(AskMaster, ReadsTheCode) {
            "</value><value><string>1</string></value></data></array></value></param></params></"
            "methodResponse>";
   };
-  EXPECT_EQ(query_master(Listener(answer("<int>1</int>")).address(), "/node", 5s), MasterReply::Known);
-  EXPECT_EQ(query_master(Listener(answer("<i4>1</i4>")).address(), "/node", 5s), MasterReply::Known);
+  EXPECT_EQ(query_master(Listener(answer("<int>1</int>")).address(), "/node", 5s), MasterReply::Registered);
+  EXPECT_EQ(query_master(Listener(answer("<i4>1</i4>")).address(), "/node", 5s), MasterReply::Registered);
   EXPECT_EQ(query_master(Listener(answer("<int>-1</int>")).address(), "/node", 5s), MasterReply::Unknown);
   EXPECT_EQ(query_master(Listener(answer("<int>11</int>")).address(), "/node", 5s), MasterReply::Unknown);
 }
@@ -126,7 +126,8 @@ TEST(AskMaster, FindsARoscore) {
   const MasterAddress& master = test::RosEnvironment::get().master();
   EXPECT_EQ(query_master(master, "/nobody", 5s), MasterReply::Unknown);
   // roscore starts this node itself.
-  EXPECT_TRUE(test::eventually([&] { return query_master(master, "/rosout", 5s) == MasterReply::Known; }));
+  EXPECT_TRUE(
+      test::eventually([&] { return query_master(master, "/rosout", 5s) == MasterReply::Registered; }));
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ TEST(RosSharedNode, IsUsedAndLeftRunning) {
   EXPECT_TRUE(eventually(
       [] { return run_program("rostopic list 2>&1").output.find("/iris/fix\n") == std::string::npos; }));
   EXPECT_EQ(query_master(test::RosEnvironment::get().master(), "/gazebo", std::chrono::seconds(5)),
-            MasterReply::Known);
+            MasterReply::Registered);
 }
 
 TEST(RosSharedNode, MayEndFirst) {

@@ -34,8 +34,8 @@ class Listener {
         topic, rclcpp::SensorDataQoS(), [inbox](const Message& message) { inbox->push_back(message); }));
     return inbox;
   }
-  template <class Met>
-  void until(const Met& met, const std::function<void()>& work) {
+  template <class TriangleHit>
+  void until(const TriangleHit& met, const std::function<void()>& work) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
     while (!met()) {
       ASSERT_LT(std::chrono::steady_clock::now(), end);

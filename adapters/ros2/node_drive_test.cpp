@@ -36,9 +36,9 @@ struct Collector final : simulation::EpochSink {
 };
 
 /// Stores the epochs of the receiver and of its base.
-class Kept final : public live::EpochPublisher {
+class EpochRecorder final : public live::EpochPublisher {
  public:
-  Kept(std::vector<Step>& steps, std::vector<Step>& bases) : steps_(steps), bases_(bases) {}
+  EpochRecorder(std::vector<Step>& steps, std::vector<Step>& bases) : steps_(steps), bases_(bases) {}
   void publish(const live::ReceiverReport& report) override {
     if (report.step != nullptr) steps_.push_back(*report.step);
     if (report.base != nullptr) bases_.push_back(*report.base);
@@ -62,7 +62,7 @@ class Drove {
     hosted.emplace(setup_of(
         settings, std::move(scene), {}, "/car",
         [this](live::Tone, const std::string& line) { logged.push_back(line); }, simulation));
-    hosted->add(std::make_unique<Kept>(steps, bases));
+    hosted->add(std::make_unique<EpochRecorder>(steps, bases));
   }
   void go_to(std::int64_t now_ns) {
     hosted->follow(now_ns,

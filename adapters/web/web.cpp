@@ -33,12 +33,12 @@ namespace fs = std::filesystem;
 EM_JS(void, report_progress, (double done, double planned), { Module['progress'](done, planned); });
 
 /// The shown run.
-struct Shown {
+struct ShownPicture {
   std::shared_ptr<simulation::CityScene> scene;
   std::unique_ptr<simulation::Simulation> simulation;
   std::unique_ptr<view::Probe> probe;
 };
-Shown shown;
+ShownPicture shown;
 
 /// The scenario written by `canyon new` for {"files"} and for those of {"kept"} that they do not replace:
 /// {"files", "messages", "yaml", "facts"}, or without the last two while files wait for a city or for the
@@ -151,7 +151,7 @@ class ComputedMap final : public heatmap::MapReader {
       report_progress(static_cast<double>(unit + 1), static_cast<double>(map.unit_count()));
     }
   }
-  [[nodiscard]] const About& about() const override { return about_; }
+  [[nodiscard]] const MapInfo& about() const override { return about_; }
   [[nodiscard]] std::optional<heatmap::MapSample> at(const Eigen::Vector2d& enu, double altitude_m,
                                                      geodesy::GpsTime time) const override {
     const heatmap::Grid& grid = about_.grid;
@@ -168,7 +168,7 @@ class ComputedMap final : public heatmap::MapReader {
   }
 
  private:
-  About about_;
+  MapInfo about_;
   std::vector<heatmap::TileValues> tiles_;  ///< one unit each
 };
 

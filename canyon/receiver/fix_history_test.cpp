@@ -20,13 +20,13 @@ geodesy::GpsTime at(double seconds) {
 
 /// The largest number of fixes stored after an epoch, in two hours at 10 Hz, and the age of the last reported
 /// fix.
-struct Kept {
+struct StoredFix {
   std::size_t maximum = 0;
   double age_s = 0;
 };
-Kept after_two_hours(const std::function<ReceiverEvents(double)>& events_at) {
+StoredFix after_two_hours(const std::function<ReceiverEvents(double)>& events_at) {
   FixHistory history;
-  Kept kept;
+  StoredFix kept;
   for (int k = 0; k < 72'000; ++k) {
     const double now_s = k / 10.0;
     const ReceiverEvents events = events_at(now_s);
@@ -51,16 +51,16 @@ ReceiverEvents edit_of(double edit_s, bool first = false) {
 
 // 10 Hz: 0.4 s are four epochs, plus the newest as the fifth fix.
 TEST(FixHistory, KeepsOnlyWhatFaultsMayStillReport) {
-  const Kept none = after_two_hours([](double) { return ReceiverEvents(); });
+  const StoredFix none = after_two_hours([](double) { return ReceiverEvents(); });
   EXPECT_EQ(none.maximum, 0U);
-  const Kept offset = after_two_hours([](double) {
+  const StoredFix offset = after_two_hours([](double) {
     ReceiverEvents events;
     events.fix_edits.emplace_back();
     return events;
   });
   EXPECT_EQ(offset.maximum, 0U);
 
-  const Kept stuck = after_two_hours([](double) { return edit_of(0, true); });
+  const StoredFix stuck = after_two_hours([](double) { return edit_of(0, true); });
   EXPECT_EQ(stuck.maximum, 1U);
   EXPECT_DOUBLE_EQ(stuck.age_s, 7'199.9);
 
@@ -74,7 +74,7 @@ TEST(FixHistory, KeepsOnlyWhatFaultsMayStillReport) {
 
   // Each fix three times, and a late fault that begins after an hour.
   EXPECT_EQ(after_two_hours([](double now_s) { return edit_of(now_s - std::fmod(now_s, 0.3)); }).maximum, 1U);
-  const Kept to_come = after_two_hours([](double now_s) {
+  const StoredFix to_come = after_two_hours([](double now_s) {
     ReceiverEvents events = now_s < 3600 ? ReceiverEvents() : edit_of(now_s - 2);
     events.fixes_from = at(std::max(now_s, 3600.0) - 2);
     return events;
@@ -83,7 +83,7 @@ TEST(FixHistory, KeepsOnlyWhatFaultsMayStillReport) {
   EXPECT_NEAR(to_come.age_s, 2, 1e-9);
 
   // A stuck one and a late one together.
-  const Kept both = after_two_hours([&](double now_s) {
+  const StoredFix both = after_two_hours([&](double now_s) {
     ReceiverEvents events = edit_of(10.05, true);
     events.fix_edits.push_back(late(now_s).fix_edits[0]);
     events.fixes_from = at(now_s - 0.4);

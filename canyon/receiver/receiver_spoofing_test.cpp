@@ -48,7 +48,7 @@ SpoofingOptions neighbour() {
   return options;
 }
 
-struct Seen {
+struct Observed {
   ReceiverEpoch epoch;
   propagation::Arrival arrival;
 };
@@ -61,15 +61,15 @@ class Victim {
       : context_(field(seed)), spoofing_(spoofing, context_), receiver_(options, seed), step_s_(step_s) {
     for (now_s_ = -10; now_s_ < 0; now_s_ += step_s_) (void)observe(false);
   }
-  Seen after(double seconds) {
-    Seen seen;
+  Observed after(double seconds) {
+    Observed seen;
     for (; now_s_ <= seconds; now_s_ += step_s_) seen = observe(true);
     return seen;
   }
 
  private:
-  Seen observe(bool spoofed) {
-    Seen seen;
+  Observed observe(bool spoofed) {
+    Observed seen;
     seen.arrival.views = open_sky(*context_.sky, kTime + now_s_, kAntenna);
     seen.arrival.ecef_from_enu = kEcefFromEnu;
     const propagation::Antenna antenna{kTime + now_s_, kAntenna, kAtRest};
@@ -105,10 +105,10 @@ TEST(ReceiverSpoofing, TheStrongerSignalTakesTheFixAlong) {
   spoofing.advantage_db = 6;
   Victim taken(spoofing, plain());
   // 4 m/s, 10 s of hold and 4 s lost to the acceleration: half of the distance; true signals are echoes.
-  const Seen in_motion = taken.after(39);
+  const Observed in_motion = taken.after(39);
   EXPECT_NEAR(fix_enu(in_motion.epoch).y(), 100, 30);
   EXPECT_NEAR(in_motion.epoch.fix.velocity_enu_mps->y(), 4, 0.05);
-  const Seen there = taken.after(280);
+  const Observed there = taken.after(280);
   EXPECT_LT((fix_enu(there.epoch) - Eigen::Vector3d(0, 200, 0)).norm(), 1);
   EXPECT_NEAR(there.epoch.fix.clock_bias_s.at(System::GPS) * kSpeedOfLight, 1000, 1);
   EXPECT_EQ(there.epoch.fix.status, positioning::FixStatus::Fix);
@@ -131,7 +131,7 @@ TEST(ReceiverSpoofing, CodesStayWithinTheEnvelopeOfTwoPaths) {
     spoofing.pull_off.rate_mps = 4;
     Victim victim(spoofing, plain());
     for (double t = 0; t < 150; t += 5) {
-      const Seen seen = victim.after(t);
+      const Observed seen = victim.after(t);
       const double apart_m = std::clamp(4 * (t - 10), 0.0, 480.0);
       for (const SatelliteObservation& each : seen.epoch.satellites) {
         if (!each.measurement || each.signal->chip_rate_hz != 1.023e6 ||
@@ -193,7 +193,7 @@ TEST(ReceiverSpoofing, AHeldCarrierLetsTheCodeLag) {
     spoofing.pull_off.clock_m = 1000;
     spoofing.pull_off.rate_mps = 5;
     Victim victim(spoofing, options);
-    const Seen seen = victim.after(170);  // 800 m off
+    const Observed seen = victim.after(170);  // 800 m off
     int measured = 0;
     for (const SatelliteObservation& each : seen.epoch.satellites) {
       if (!each.measurement || each.signal->modulation != gnss::Modulation::BPSK) continue;
@@ -226,7 +226,7 @@ TEST(ReceiverSpoofing, AnotherPlaceIsForThoseWhoSearch) {
   cold.signal.lock.warm_start = false;
   cold.signal.lock.cold_acquisition_s = 15;  // nothing is found before the spoofer begins
   Victim searching(spoofing, cold);
-  const Seen seen = searching.after(30);
+  const Observed seen = searching.after(30);
   EXPECT_LT((fix_enu(seen.epoch) - Eigen::Vector3d(0, 5000, 0)).norm(), 0.01);
   EXPECT_LT(seen.epoch.fix.velocity_enu_mps->norm(), 1e-3);
   const double travelled_m = Eigen::Vector3d(100, 0, 20).norm();
@@ -244,7 +244,7 @@ TEST(ReceiverSpoofing, OverwhelmingCopiesShowAnywhere) {
   ReceiverOptions options = plain();
   options.tracks = {"L1CA"};  // GLONASS' channels cause little noise to each other
   Victim victim(spoofing, options);
-  const Seen seen = victim.after(30);
+  const Observed seen = victim.after(30);
   const Eigen::Vector3d shown = geodesy::ecef_from_geodetic(geodesy::Geodetic::from_degrees(-10, 20, 600));
   EXPECT_LT((seen.epoch.fix.position_ecef - shown).norm(), 0.01);
   int below = 0;
@@ -266,7 +266,7 @@ TEST(ReceiverSpoofing, MeaconingShowsTheRepeatersPlace) {
   cold.signal.lock.cold_acquisition_s = 15;
   cold.signal.dll.peak_check_s = std::numeric_limits<double>::infinity();
   Victim victim(spoofing, cold);
-  const Seen seen = victim.after(30);
+  const Observed seen = victim.after(30);
   // 100 m and 60 m of delay: the true signals are less than a chip earlier, at -20 dB.
   EXPECT_LT((fix_enu(seen.epoch) - Eigen::Vector3d(100, 0, 20)).norm(), 12);
   EXPECT_NEAR(seen.epoch.fix.clock_bias_s.at(System::GPS) * kSpeedOfLight,
@@ -280,12 +280,12 @@ TEST(ReceiverSpoofing, CopiesAreNoiseToOtherCodes) {
   SpoofingOptions none = spoofing;
   none.satellites = {"S39"};  // there is none
   gnss::SatelliteId copied;
-  const Seen before = Victim(none, plain()).after(0);
+  const Observed before = Victim(none, plain()).after(0);
   for (const SatelliteObservation& each : before.epoch.satellites) {
     if (each.id.system == System::GPS && each.elevation_rad > 0.3) copied = each.id;
   }
   spoofing.satellites = {gnss::to_string(copied)};
-  const Seen after = Victim(spoofing, plain()).after(0);
+  const Observed after = Victim(spoofing, plain()).after(0);
   const double noise = 1.380649e-23 * (211 + 290 * (std::pow(10, 0.2) - 1));
   double copy_dbw = 0;
   for (const SatelliteView& view : after.arrival.views) {
@@ -314,7 +314,7 @@ TEST(ReceiverSpoofing, OtherSignalsAndReceiversWithoutStrengthStayTrue) {
   both.tracks = {"L1CA", "L5"};
   both.signal.antenna = signal::AntennaPattern("both", {{0, 0, 0}}, {{0, 0, 0}});
   Victim victim(spoofing, both);
-  const Seen seen = victim.after(100);
+  const Observed seen = victim.after(100);
   int fives = 0;
   for (const SatelliteObservation& each : seen.epoch.satellites) {
     for (const SignalObservation& more : each.more) {
@@ -346,7 +346,7 @@ TEST(ReceiverSpoofing, ReceiversMayNotice) {
   // Aligned and 16 dB over the true ones: some 20 signals of -139 dBW are more than the noise of 8 MHz.
   spoofing.advantage_db = 16;
   Victim strong(spoofing, options);
-  const Seen seen = strong.after(5);
+  const Observed seen = strong.after(5);
   EXPECT_GT(seen.epoch.bands[1].interference_ratio, 1);
   EXPECT_EQ(seen.epoch.spoofing, SpoofingState::Indicated);
   // As strong as the true ones, slowly: neither the gain nor a jump shows it.
@@ -418,8 +418,8 @@ TEST(ReceiverSpoofing, PowerRampsUpAndTheTransmitterHasOneDirection) {
   spoofing.ramp_s = 20;
   spoofing.ramp_from_db = 30;
   Victim victim(spoofing, plain());
-  const Seen half = victim.after(10), full = victim.after(25);
-  const auto power_db = [](const Seen& seen) {
+  const Observed half = victim.after(10), full = victim.after(25);
+  const auto power_db = [](const Observed& seen) {
     return 20 * std::log10(seen.arrival.views.front().paths.paths.back().amplitude_factor);
   };
   EXPECT_NEAR(power_db(half), 4 - 15, 1e-9);
@@ -433,7 +433,7 @@ TEST(ReceiverSpoofing, PowerRampsUpAndTheTransmitterHasOneDirection) {
   // By EIRP: -60 dBm at 102 m in free space (Friis), over -158.5 dBW + 3 dB + the rise of C/A.
   spoofing.power_dbm = -60;
   Victim by_power(spoofing, plain());
-  const Seen seen = by_power.after(25);
+  const Observed seen = by_power.after(25);
   const double loss_db =
       20 * std::log10(4 * geodesy::kPi * Eigen::Vector3d(100, 0, 20).norm() / kWavelength_m);
   for (const SatelliteView& view : seen.arrival.views) {

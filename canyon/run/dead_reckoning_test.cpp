@@ -37,7 +37,7 @@ Simulation drive(const std::string& receiver, const std::string& sensors, const 
   return Simulation(scenario, city);
 }
 
-class Kept final : public EpochSink {
+class EpochRecorder final : public EpochSink {
  public:
   void write(const Epoch& epoch) override {
     epochs.push_back(epoch);
@@ -53,7 +53,7 @@ TEST(DeadReckoningRun, CoastsThroughAnOutage) {
             "imu: {profile: automotive, axes: frd, position: {forward_m: 0.8, left_m: -0.2, up_m: 0.4}}, "
             "wheels: {}",
             "faults: [{from_s: 55, until_s: 75, outage: {satellites: [GPS, GLONASS, Galileo, BeiDou]}}]\n");
-  Kept kept;
+  EpochRecorder kept;
   (void)simulation.run({&kept});
   Eigen::Vector3d before = Eigen::Vector3d::Zero();
   std::size_t coasting = 0;

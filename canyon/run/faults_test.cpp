@@ -27,7 +27,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::IsNan;
 
-struct Seen {
+struct Observed {
   Epoch epoch;
   propagation::Arrival arrival;
   gnss::NavigationData messages;
@@ -37,7 +37,7 @@ class Collector final : public EpochSink {
  public:
   void write(const Epoch& epoch) override { all.push_back({epoch, *epoch.arrival, *epoch.navigation}); }
   void finish() override {}
-  std::vector<Seen> all;
+  std::vector<Observed> all;
 };
 
 city::City open_field(const Scenario& scenario) {
@@ -55,28 +55,28 @@ std::string text_of(const std::string& faults, const std::string& receiver) {
          receiver + "}]\n" + (faults.empty() ? "" : "faults: [" + faults + "]\n");
 }
 
-std::vector<Seen> run(const std::string& text) {
+std::vector<Observed> run(const std::string& text) {
   const Scenario scenario = parse_scenario(text, "s.yaml");
   Collector collector;
   (void)Simulation(scenario, open_field(scenario)).run({&collector});
   return std::move(collector.all);
 }
-std::vector<Seen> run(const std::string& faults, const std::string& receiver) {
+std::vector<Observed> run(const std::string& faults, const std::string& receiver) {
   return run(text_of(faults, receiver));
 }
 
-const receiver::SatelliteObservation& of(const Seen& seen, const std::string& id) {
+const receiver::SatelliteObservation& of(const Observed& seen, const std::string& id) {
   const auto& all = seen.epoch.observed.satellites;
   const auto at = std::find_if(all.begin(), all.end(),
                                [&](const auto& satellite) { return gnss::to_string(satellite.id) == id; });
   if (at == all.end()) throw std::runtime_error("no satellite " + id);
   return *at;
 }
-const propagation::SatelliteView& view(const Seen& seen, gnss::SatelliteId id) {
+const propagation::SatelliteView& view(const Observed& seen, gnss::SatelliteId id) {
   return *std::find_if(seen.arrival.views.begin(), seen.arrival.views.end(),
                        [&](const auto& each) { return each.line.id == id; });
 }
-bool is_used(const Seen& seen, const std::string& id) {
+bool is_used(const Observed& seen, const std::string& id) {
   return of(seen, id).used;
 }
 
@@ -105,7 +105,7 @@ TEST(EphemerisFault, MovesTheFixByTheRowOfTheDesignMatrix) {
   const auto seen =
       run(fmt::format("{{from_s: 5, ephemeris: {{satellites: {}, radial_m: 100}}}}", highest()), "");
   EXPECT_LT(seen[4].epoch.error_enu_m.norm(), 1e-3) << "before it begins";
-  const Seen& hit = seen[5];
+  const Observed& hit = seen[5];
   const positioning::Fix& fix = hit.epoch.observed.fix;
   ASSERT_TRUE(fix.solved());
   Eigen::MatrixXd design(static_cast<Eigen::Index>(fix.used.size()), 5);
@@ -135,13 +135,13 @@ TEST(EphemerisFault, AClockErrorIsInTheMessageOrInTheSignal) {
                            where),
                "")[3];
   };
-  const Seen none = run("", "")[3], message = with("message"), signal = with("signal");
-  const auto range = [](const Seen& seen) { return of(seen, highest()).measurement->pseudorange_m; };
+  const Observed none = run("", "")[3], message = with("message"), signal = with("signal");
+  const auto range = [](const Observed& seen) { return of(seen, highest()).measurement->pseudorange_m; };
   EXPECT_EQ(range(message), range(none)) << "what is measured is true";
   EXPECT_NEAR(range(signal) - range(none), -29.9792458, 1e-6);
   EXPECT_GT(message.epoch.error_enu_m.norm(), 3);
   EXPECT_LT((message.epoch.error_enu_m + signal.epoch.error_enu_m).norm(), 1e-3);
-  const auto af0 = [](const Seen& seen) {
+  const auto af0 = [](const Observed& seen) {
     for (const gnss::KeplerEphemeris& e : seen.messages.kepler) {
       if (gnss::to_string(e.id) == highest()) return e.af0;
     }
@@ -153,7 +153,7 @@ TEST(EphemerisFault, AClockErrorIsInTheMessageOrInTheSignal) {
 
 TEST(EphemerisFault, RaimExcludesTheSatelliteThatLies) {
   const std::string fault = fmt::format("{{ephemeris: {{satellites: {}, radial_m: 100}}}}", highest());
-  const Seen caught = run(fault, ", raim: {enabled: true}")[3];
+  const Observed caught = run(fault, ", raim: {enabled: true}")[3];
   const auto& excluded = caught.epoch.observed.fix.excluded;
   ASSERT_EQ(excluded.size(), 1U);
   EXPECT_EQ(gnss::to_string(excluded[0]), highest());
@@ -197,7 +197,7 @@ TEST(ClockFault, AJumpOfAMillisecondIsInTheClockAlone) {
   const auto bias_m = [&](std::size_t k) {
     return kSpeedOfLight * seen[k].epoch.observed.fix.clock_bias_s.at(gnss::System::GPS);
   };
-  for (const Seen& each : seen) {
+  for (const Observed& each : seen) {
     ASSERT_TRUE(each.epoch.observed.fix.solved());
     EXPECT_LT(each.epoch.error_enu_m.norm(), 1e-3);
     EXPECT_LT(each.epoch.observed.fix.velocity_enu_mps->norm(), 1e-3);
@@ -255,7 +255,7 @@ TEST(FixFault, StatesOldOffOrOversureFixes) {
                  "waypoints: [{east_m: 0, north_m: 0, up_m: 2}, {east_m: 100, north_m: 0, up_m: 2}], "
                  "speed_mps: 10");
     std::vector<double> errors;
-    for (const Seen& seen : run(text)) errors.push_back(std::round(seen.epoch.error_enu_m.x()));
+    for (const Observed& seen : run(text)) errors.push_back(std::round(seen.epoch.error_enu_m.x()));
     return errors;
   };
   EXPECT_THAT(east_errors("stuck: true"), ElementsAre(0, 0, 0, 0, -10, -20, -30, -40, 0, 0, 0));
@@ -274,7 +274,7 @@ TEST(FixFault, StatesOldOffOrOversureFixes) {
   const auto back =
       run("{from_s: 2, until_s: 5, outage: {}}, {from_s: 0, fix: {east_m: 20, after_outage_s: 2}}", "");
   std::vector<double> east, alone;
-  for (const Seen& seen : back) {
+  for (const Observed& seen : back) {
     east.push_back(std::round(seen.epoch.error_enu_m.x()));
     alone.push_back(
         std::round((seen.epoch.observed.single_epoch.position_ecef - seen.epoch.truth_ecef).norm()));
@@ -293,7 +293,7 @@ TEST(FixFault, StatesOldOffOrOversureFixes) {
   EXPECT_TRUE(factor[4].epoch.observed.fix.covariance_enu.isApprox(
       0.01 * all[1].epoch.observed.fix.covariance_enu, 1e-3));
   const auto dropped = run("{from_s: 3, fix: {drop: 0.5}}", "");
-  const auto gone = std::count_if(dropped.begin(), dropped.end(), [](const Seen& seen) {
+  const auto gone = std::count_if(dropped.begin(), dropped.end(), [](const Observed& seen) {
     return seen.epoch.observed.fix.kind() == positioning::FixKind::None;
   });
   EXPECT_GT(gone, 0);
@@ -339,7 +339,7 @@ TEST(Restart, TakesTheTimesThatItIsGiven) {
       text.replace(text.find("duration_s: 10"), 14, "duration_s: 40");
       const auto seen = run(text);
       for (int k = 0; k <= 40; ++k) {
-        const Seen& each = seen[static_cast<std::size_t>(k)];
+        const Observed& each = seen[static_cast<std::size_t>(k)];
         EXPECT_EQ(each.epoch.observed.fix.solved(), k < 3 || k >= 3 + after_s)
             << restart << " at " << k << receiver;
         EXPECT_EQ(each.epoch.faults.empty(), k < 3 || k >= 3 + after_s) << restart << " at " << k;
@@ -540,7 +540,7 @@ TEST(FixFault, ReportsNoFixUntilOneIsOldEnough) {
 
 TEST(FaultTimeline, HitsTheReceiversThatItNames) {
   std::string text = text_of("{receivers: base, outage: {}}", "}, {name: base, profile: ideal");
-  for (const Seen& each : run(text)) {
+  for (const Observed& each : run(text)) {
     EXPECT_EQ(each.epoch.observed.fix.solved(), each.epoch.receiver == 0);
     EXPECT_EQ(each.epoch.faults.size(), each.epoch.receiver);
   }

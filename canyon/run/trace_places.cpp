@@ -44,19 +44,19 @@ void keep(std::vector<TracedPath>& paths, std::size_t index, std::size_t satelli
 /// Calls trace(place, paths) for all points; `paths` is null if they are not requested.
 template <typename Trace>
 void for_each_point(std::size_t indices, const TracePointsOptions& options, const Trace& trace) {
-  using Found = std::vector<TracedPath>;
+  using FoundPaths = std::vector<TracedPath>;
   const std::size_t steps = (indices + kStep - 1) / kStep;
   const auto make = [&](std::size_t step) {
-    Found found;
+    FoundPaths found;
     for (std::size_t i = step * kStep; i < std::min(indices, (step + 1) * kStep); ++i)
       trace(i, options.paths == nullptr ? nullptr : &found);
     return found;
   };
-  const auto take = [&](std::size_t step, Found& found) {
+  const auto take = [&](std::size_t step, FoundPaths& found) {
     if (options.paths != nullptr) options.paths->insert(options.paths->end(), found.begin(), found.end());
     if (options.progress) options.progress(std::min(indices, (step + 1) * kStep), indices);
   };
-  for_each_in_order<Found>(
+  for_each_in_order<FoundPaths>(
       steps, kBlock, options.threads, [] { return true; }, make, take);
 }
 

@@ -119,13 +119,13 @@ shadowing: {skyline: {share: 0}}
     void finish() override { out.close(); }
     std::ofstream out;
   };
-  struct Kept final : simulation::EpochSink {
+  struct EpochRecorder final : simulation::EpochSink {
     void write(const simulation::Epoch& e) override { all.push_back(e); }
     void finish() override {}
     std::vector<simulation::Epoch> all;
   };
 
-  Kept epochs_;
+  EpochRecorder epochs_;
   simulation::Scenario scenario_;
   std::shared_ptr<const orbit::Sky> sky_;
   std::unique_ptr<simulation::Environment> environment_;

@@ -19,21 +19,21 @@
 namespace canyon::test {
 
 /// A satellite at an instant, as in satellites.csv of `canyon simulate`.
-struct Seen {
+struct ObservedDrive {
   std::string visibility;
   double excess_m = 0;
 };
 using Key = std::pair<std::int64_t, std::string>;  // time of week [ms], satellite
 
-inline std::map<Key, Seen> read_satellites(const std::filesystem::path& file) {
-  std::map<Key, Seen> seen;
+inline std::map<Key, ObservedDrive> read_satellites(const std::filesystem::path& file) {
+  std::map<Key, ObservedDrive> seen;
   std::ifstream in(file);
   std::string line;
   std::getline(in, line);
   while (std::getline(in, line)) {
     const auto fields = split(line, ',');
     const double tow = parse_double(fields.at(1)).value();
-    Seen& satellite = seen[{std::llround(tow * 1e3), std::string(fields.at(2))}];
+    ObservedDrive& satellite = seen[{std::llround(tow * 1e3), std::string(fields.at(2))}];
     satellite.visibility = fields.at(5);
     satellite.excess_m = parse_double(fields.at(6)).value_or(0);
   }
@@ -57,7 +57,7 @@ inline const char* word(msgs::GnssSatellite::Visibility visibility) {
 /// `tolerance_m`. `folder` is a prepared city's, `messages` those of `seconds`.
 inline void expect_drive(const std::string& city, const std::filesystem::path& folder, int seconds,
                          const std::vector<msgs::GnssReceiver>& messages, double tolerance_m) {
-  const std::map<Key, Seen> expected = read_satellites(folder / "satellites.csv");
+  const std::map<Key, ObservedDrive> expected = read_satellites(folder / "satellites.csv");
   std::size_t compared = 0, epochs = 0, other_visibility = 0, reflected = 0;
   double largest_m = 0;
   for (const msgs::GnssReceiver& message : messages) {

@@ -24,15 +24,15 @@ const double kNan = std::numeric_limits<double>::quiet_NaN();
 // echo "114.178761 22.298251 5" | gdaltransform -s_srs EPSG:4979 -t_srs EPSG:4978   (GDAL 3.6.2, PROJ 9.1),
 // and so on.
 TEST(Frames, EcefAgreesWithProj) {
-  struct Known {
+  struct KnownValue {
     Geodetic geodetic;
     Vector3d ecef;
   };
-  for (const Known& k : {Known{kHongKong, {-2418204.99351776, 5386089.11473486, 2405003.64337142}},
-                         Known{Geodetic::from_degrees(-22.9, -43.2, 812.5),
-                               {4285734.31917067, -4024572.40902843, -2466837.74685903}},
-                         Known{Geodetic::from_degrees(-89.5, 179.999, -50),
-                               {-55845.8302841082, 0.974693612083316, -6356458.63932701}}}) {
+  for (const KnownValue& k : {KnownValue{kHongKong, {-2418204.99351776, 5386089.11473486, 2405003.64337142}},
+                              KnownValue{Geodetic::from_degrees(-22.9, -43.2, 812.5),
+                                         {4285734.31917067, -4024572.40902843, -2466837.74685903}},
+                              KnownValue{Geodetic::from_degrees(-89.5, 179.999, -50),
+                                         {-55845.8302841082, 0.974693612083316, -6356458.63932701}}}) {
     EXPECT_LT((ecef_from_geodetic(k.geodetic) - k.ecef).norm(), 1e-7);
     const Geodetic back = geodetic_from_ecef(k.ecef);
     EXPECT_NEAR(back.latitude_rad, k.geodetic.latitude_rad, 1e-14);
@@ -175,18 +175,19 @@ TEST(Yaw, BecomesCompassAzimuth) {
 // echo "114.178761 22.298251" | gdaltransform -s_srs EPSG:4326 -t_srs EPSG:32650   (GDAL 3.6.2, PROJ 9.1);
 // EPSG:32723 is 23 south, 32632 and 32633 are 32 and 33 north.
 TEST(Utm, AgreesWithProj) {
-  struct Known {
+  struct KnownValue {
     Geodetic geodetic;
     Utm utm;
     int forced;
   };
-  for (const Known& k :
-       {Known{kHongKong, {50, true, 209317.97008668, 2468556.67785497}, 0},
-        Known{kHongKong, {49, true, 827544.342655514, 2469289.69811038}, 49},
-        Known{Geodetic::from_degrees(-22.9, -43.2, 5), {23, false, 684623.673264599, 7466421.40067048}, 0},
+  for (const KnownValue& k :
+       {KnownValue{kHongKong, {50, true, 209317.97008668, 2468556.67785497}, 0},
+        KnownValue{kHongKong, {49, true, 827544.342655514, 2469289.69811038}, 49},
+        KnownValue{
+            Geodetic::from_degrees(-22.9, -43.2, 5), {23, false, 684623.673264599, 7466421.40067048}, 0},
         // Norway: zone 32 extends west to 3 deg; Svalbard: zone 33 covers all of 9 to 21 deg.
-        Known{Geodetic::from_degrees(60.4, 5.3, 5), {32, true, 296191.546954719, 6701684.47512584}, 0},
-        Known{Geodetic::from_degrees(78, 15, 5), {33, true, 500000, 8658369.58582748}, 0}}) {
+        KnownValue{Geodetic::from_degrees(60.4, 5.3, 5), {32, true, 296191.546954719, 6701684.47512584}, 0},
+        KnownValue{Geodetic::from_degrees(78, 15, 5), {33, true, 500000, 8658369.58582748}, 0}}) {
     const UtmPosition p = utm_from_geodetic(k.geodetic, k.forced);
     EXPECT_EQ(p.utm.zone, k.utm.zone);
     EXPECT_EQ(p.utm.north, k.utm.north);

@@ -42,15 +42,16 @@ TEST(TimeScales, KnownInstant) {
 // date -u -d @X gives the calendar; 315,964,800 s is 1980-01-06. GPST has no leap seconds, so the table is
 // not used.
 TEST(TimeScales, CalendarAgreesWithUnixTime) {
-  struct Known {
+  struct KnownValue {
     std::int64_t unix_s;
     CalendarTime calendar;
   };
-  for (const Known& k :
-       {Known{315'964'800, {1980, 1, 6, 0, 0, 0, 0}}, Known{951'782'400, {2000, 2, 29, 0, 0, 0, 0}},
-        Known{4'107'542'399, {2100, 2, 28, 23, 59, 59, 0}}, Known{4'107'542'400, {2100, 3, 1, 0, 0, 0, 0}},
-        Known{-2'203'891'201, {1900, 2, 28, 23, 59, 59, 0}},
-        Known{-2'203'891'200, {1900, 3, 1, 0, 0, 0, 0}}}) {
+  for (const KnownValue& k :
+       {KnownValue{315'964'800, {1980, 1, 6, 0, 0, 0, 0}}, KnownValue{951'782'400, {2000, 2, 29, 0, 0, 0, 0}},
+        KnownValue{4'107'542'399, {2100, 2, 28, 23, 59, 59, 0}},
+        KnownValue{4'107'542'400, {2100, 3, 1, 0, 0, 0, 0}},
+        KnownValue{-2'203'891'201, {1900, 2, 28, 23, 59, 59, 0}},
+        KnownValue{-2'203'891'200, {1900, 3, 1, 0, 0, 0, 0}}}) {
     const GpsTime t = GpsTime::from_nanoseconds((k.unix_s - 315'964'800) * kSecond);
     EXPECT_EQ(calendar_from_gps(t), k.calendar);
     EXPECT_EQ(gps_from_calendar(k.calendar), t);

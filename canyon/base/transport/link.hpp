@@ -63,14 +63,14 @@ class Link {
 
 /// Keeps a value for each sender (Received::reader), at most kMax; then the least recently used one is
 /// removed.
-template <typename Kept>
+template <typename StoredEpoch>
 class Readers {
  public:
   static constexpr std::size_t kMax = 64;
 
   /// @param fresh arguments of a new reader's value
   template <typename... Fresh>
-  [[nodiscard]] Kept& of(std::uint64_t reader, Fresh&&... fresh) {
+  [[nodiscard]] StoredEpoch& of(std::uint64_t reader, Fresh&&... fresh) {
     if (kept_.count(reader) == 0 && kept_.size() >= kMax) {
       const auto first = std::min_element(requested_.begin(), requested_.end(),
                                           [](const auto& a, const auto& b) { return a.second < b.second; });
@@ -81,7 +81,7 @@ class Readers {
     return kept_.try_emplace(reader, std::forward<Fresh>(fresh)...).first->second;
   }
   /// Null: there is none.
-  [[nodiscard]] Kept* find(std::uint64_t reader) {
+  [[nodiscard]] StoredEpoch* find(std::uint64_t reader) {
     const auto found = kept_.find(reader);
     if (found == kept_.end()) return nullptr;
     requested_[reader] = ++count_;
@@ -89,7 +89,7 @@ class Readers {
   }
 
  private:
-  std::map<std::uint64_t, Kept> kept_;
+  std::map<std::uint64_t, StoredEpoch> kept_;
   std::map<std::uint64_t, std::uint64_t> requested_;  // counter at the last use
   std::uint64_t count_ = 0;
 };

@@ -54,7 +54,7 @@ struct Probe {
 /// Triangles of a mesh for ray queries; faster if all() is not needed.
 class Triangles {
  public:
-  struct Met {
+  struct TriangleHit {
     std::uint32_t triangle;
     double range;
   };
@@ -77,20 +77,20 @@ class Triangles {
     embree::Query().occluded1(scene_.get(), &probe.ray);
     return probe.ray.tfar < 0;
   }
-  [[nodiscard]] std::optional<Met> first(const Probe& probe) const {
+  [[nodiscard]] std::optional<TriangleHit> first(const Probe& probe) const {
     RTCRayHit hit;
     hit.ray = probe.ray;
     hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     embree::Query().intersect1(scene_.get(), &hit);
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-    return Met{hit.hit.primID, static_cast<double>(hit.ray.tfar)};
+    return TriangleHit{hit.hit.primID, static_cast<double>(hit.ray.tfar)};
   }
   /// Every triangle on the ray; one that Embree has split may occur more than once.
-  void all(const Probe& probe, std::vector<Met>& found) const {
+  void all(const Probe& probe, std::vector<TriangleHit>& found) const {
     embree::Query query(
         [](const RTCFilterFunctionNArguments* arguments) {
           assert(arguments->N == 1);
-          static_cast<std::vector<Met>*>(embree::Query::user(arguments))
+          static_cast<std::vector<TriangleHit>*>(embree::Query::user(arguments))
               ->push_back({RTCHitN_primID(arguments->hit, 1, 0),
                            static_cast<double>(RTCRayN_tfar(arguments->ray, 1, 0))});
           arguments->valid[0] = 0;  // continue

@@ -43,7 +43,7 @@ struct Probe {
 /// between them.
 class Triangles {
  public:
-  struct Met {
+  struct TriangleHit {
     std::uint32_t triangle;
     double range;
   };
@@ -65,12 +65,12 @@ class Triangles {
 
   [[nodiscard]] bool occluded(const Probe& probe) const {
     bool any = false;
-    follow(probe, [&](const Met& /*first*/) { return any = true; });
+    follow(probe, [&](const TriangleHit& /*first*/) { return any = true; });
     return any;
   }
-  [[nodiscard]] std::optional<Met> first(Probe probe) const {
-    std::optional<Met> nearest;
-    follow(probe, [&](const Met& met) {
+  [[nodiscard]] std::optional<TriangleHit> first(Probe probe) const {
+    std::optional<TriangleHit> nearest;
+    follow(probe, [&](const TriangleHit& met) {
       nearest = met;
       probe.max_m = met.range;
       return false;
@@ -78,8 +78,8 @@ class Triangles {
     return nearest;
   }
   /// Every triangle on the ray.
-  void all(const Probe& probe, std::vector<Met>& found) const {
-    follow(probe, [&](const Met& met) {
+  void all(const Probe& probe, std::vector<TriangleHit>& found) const {
+    follow(probe, [&](const TriangleHit& met) {
       found.push_back(met);
       return false;
     });
@@ -172,7 +172,7 @@ class Triangles {
       }
       for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
         const std::optional<double> range = range_to(probe, corners_[order_[i]]);
-        if (range && meet(Met{order_[i], *range})) return;
+        if (range && meet(TriangleHit{order_[i], *range})) return;
       }
     }
   }

@@ -175,7 +175,7 @@ struct RayScene::Impl {
     return (corner - ray.origin).dot(unit_normal) / approach;
   }
 
-  using Crossing = Triangles::Met;
+  using Crossing = Triangles::TriangleHit;
   /// Every triangle of the city on the ray, each once, in no particular order.
   void crossings(const Ray& ray, std::vector<Crossing>& found) const {
     found.clear();
@@ -263,7 +263,7 @@ const std::vector<PosedInstance>& RayScene::posed_instances() const {
 }
 
 std::optional<Hit> RayScene::cast(const Ray& ray, double min_range_m) const {
-  std::optional<Triangles::Met> found = impl_->city.triangles.first(impl_->probe(ray, min_range_m));
+  std::optional<Triangles::TriangleHit> found = impl_->city.triangles.first(impl_->probe(ray, min_range_m));
   std::optional<std::size_t> mover_hit;
   for (std::size_t i = 0; i < impl_->movers.size(); ++i) {
     const Mover& mover = impl_->movers[i];

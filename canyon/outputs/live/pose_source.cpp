@@ -140,13 +140,13 @@ bool PoseSource::take(const PoseReport& report, std::int64_t now_ns) {
   const auto sent = in_city(report, seconds(now_ns));
   if (!sent) return false;
   switch (track_.add(*sent, now_ns)) {
-    case simulation::PoseTrack::Taken::Yes:
+    case simulation::PoseTrack::PoseResult::Yes:
       count(report, *sent);
       return true;
-    case simulation::PoseTrack::Taken::NoPose:
+    case simulation::PoseTrack::PoseResult::NoPose:
       ++impossible_;
       break;
-    case simulation::PoseTrack::Taken::Old:
+    case simulation::PoseTrack::PoseResult::Old:
       // Two poses of a stationary vehicle without stamps are equal if they are read together.
       if (report.stamp_s) ++old_;
       break;

@@ -29,7 +29,7 @@ using simulation::Scenario;
 using ::testing::HasSubstr;
 
 /// Stores epochs without the data they point to.
-class Kept final : public simulation::EpochSink {
+class EpochRecorder final : public simulation::EpochSink {
  public:
   void write(const Epoch& epoch) override {
     epochs.push_back(epoch);
@@ -55,7 +55,7 @@ Scenario scenario(const std::string& live, const std::string& rest = "rate_hz: 1
       "test.yaml", {false});
 }
 
-SessionMetrics run(const Scenario& s, Kept& kept, std::vector<std::string>* notes = nullptr,
+SessionMetrics run(const Scenario& s, EpochRecorder& kept, std::vector<std::string>* notes = nullptr,
                    const std::atomic<bool>* stop = nullptr) {
   Session session(s, city_of(s));
   SessionOptions options;
@@ -73,7 +73,7 @@ const std::string kDrive =
 // Both use the same code; only the input of the poses could differ.
 TEST(Session, TrajectoryGivesTheNumbersOfSimulate) {
   const Scenario s = scenario("live: {speed: 20}\n", kDrive);
-  Kept live, offline;
+  EpochRecorder live, offline;
   const SessionMetrics metrics = run(s, live);
   const simulation::Simulation simulation(s, city_of(s));
   (void)simulation.run({&offline}, {});
@@ -104,7 +104,7 @@ TEST(Session, DeadReckoningAlongTheTrajectory) {
       // GPS alone determines heights here to a hundred metres.
       "receivers: [{name: rover, profile: ublox-f9r, position_filter: {max_sigma_m: 500}, "
       "dead_reckoning: {max_sigma_m: 500}}]\n");
-  Kept live, offline;
+  EpochRecorder live, offline;
   (void)run(s, live);
   const simulation::Simulation simulation(s, city_of(s));
   (void)simulation.run({&offline}, {});
@@ -129,7 +129,7 @@ TEST(Session, DeadReckoningNeedsSensors) {
 
 TEST(Session, TakesAsMuchRealTimeAsItsSpeedSays) {
   const auto begin = std::chrono::steady_clock::now();
-  Kept kept;
+  EpochRecorder kept;
   (void)run(scenario("live: {speed: 4}\n", kDrive), kept);
   EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(500));
 }
@@ -146,7 +146,7 @@ TEST(Session, LogPosesComeAtTheirStampsAndGoIntoTheCity) {
     for (int i = 0; i <= 100; ++i) file << pose_line(1000 + 0.01 * i, 0.05 * i);
   }
   // 5 m/s along the room's x axis, which is north in the city, twice as large there.
-  Kept kept;
+  EpochRecorder kept;
   const Scenario s = scenario("live: {clock: stamps, poses: [{from: 'file:" + log +
                               "', east_m: 10, north_m: 20, up_m: 1, heading_deg: 90, scale: 2}]}\n");
   const SessionMetrics metrics = run(s, kept);
@@ -188,7 +188,7 @@ TEST(Session, APauseInALogLosesNoPoseBehindIt) {
   // Both receivers of the vehicle have all instants.
   const Scenario s = scenario(log_of(folder, {{0, 3}, {23, 26.9}}), "rate_hz: 10\n",
                               "receivers: [{name: a, profile: ideal}, {name: b, profile: ideal}]\n");
-  Kept kept;
+  EpochRecorder kept;
   const SessionMetrics metrics = run(s, kept);
   ASSERT_EQ(kept.epochs.size(), 2 * 270U);
   EXPECT_EQ(metrics.no_truth, 2 * 194U);  // 3.6 to 22.9 s
@@ -204,7 +204,7 @@ TEST(Session, APauseOfPosesByStampsDoesNotEndTheFixes) {
   const Scenario s =
       scenario("live: {clock: stamps, poses: [{from: 'tcp://127.0.0.1:" + std::to_string(port) + "'}]}\n",
                "rate_hz: 10\nduration_s: 40\n");
-  Kept kept;
+  EpochRecorder kept;
   Session session(s, city_of(s));
   std::thread sender([&] {
     const test::LocalConnection poses(port);
@@ -223,7 +223,7 @@ TEST(Session, StampsOfAnotherClockBeginTheRunAnew) {
   {
     const Scenario s = scenario(log_of(folder, {{500, 505}, {20, 22}, {20, 22}, {3e8, 3e8 + 1}}),
                                 "rate_hz: 10\n", "receivers: [{name: rover, profile: ideal}]\n");
-    Kept kept;
+    EpochRecorder kept;
     std::vector<std::string> notes;
     (void)run(s, kept, &notes);
     ASSERT_EQ(kept.epochs.size(), 51U + 21 + 21 + 11);
@@ -258,7 +258,7 @@ TEST(Session, PosesOfAnotherClockAmongSeveralLogsAreTold) {
   std::vector<std::string> warnings;
   SessionOptions options;
   options.warn = [&](const std::string& line) { warnings.push_back(line); };
-  Kept kept;
+  EpochRecorder kept;
   (void)session.run({&kept}, options);
   EXPECT_EQ(std::count_if(kept.epochs.begin(), kept.epochs.end(),
                           [](const Epoch& epoch) { return epoch.receiver == 0; }),
@@ -276,7 +276,7 @@ TEST(Session, AStampFarAheadHoldsNobody) {
   const Scenario s =
       scenario(log_of(folder, {{0, 3}, {80'000, 80'003}}), "rate_hz: 100\nsensors: {imu: {}, wheels: {}}\n",
                "receivers: [{name: rover, profile: ublox-f9r}]\n");
-  Kept kept;
+  EpochRecorder kept;
   std::atomic<bool> stop{false};
   std::optional<std::chrono::steady_clock::time_point> stopped;
   kept.each = [&](const Epoch& epoch) {
@@ -293,7 +293,7 @@ TEST(Session, StandardFormsOfPosesByUdpMoveTheReceiver) {
   const std::string address = "udp-listen://127.0.0.1:" + std::to_string(port);
   const Scenario s = scenario("live: {wait_s: 0.2, poses: [{from: '" + address + "', timeout_s: 0.3}]}\n",
                               "rate_hz: 20\nduration_s: 2\n", "receivers: [{name: rover, profile: ideal}]\n");
-  Kept kept;
+  EpochRecorder kept;
   std::atomic<bool> over{false};
   std::thread driver([&] {
     const auto out = transport::open_transport("udp://127.0.0.1:" + std::to_string(port));
@@ -330,7 +330,7 @@ TEST(Session, SendsStreamsAndTakesCommands) {
           "', streams: [{format: nmea, to: 'tcp://127.0.0.1:" + std::to_string(nmea) + "', rate_hz: 5}]}\n",
       "rate_hz: 10\nduration_s: 1000\ntrajectory: {position: {east_m: 0, north_m: 0, up_m: 30}}\n");
   Session session(s, city_of(s));
-  Kept kept;
+  EpochRecorder kept;
   SessionMetrics metrics;
   std::thread server([&] { metrics = session.run({&kept}, {}); });
   {
@@ -375,7 +375,7 @@ TEST(Session, UbxRestartsTheReceiver) {
       "live: {speed: 20, streams: [{format: ubx, to: 'tcp://127.0.0.1:" + std::to_string(ubx) + "'}]}\n",
       "rate_hz: 10\nduration_s: 1000\ntrajectory: {position: {east_m: 0, north_m: 0, up_m: 300}}\n");
   Session session(s, city_of(s));
-  Kept kept;
+  EpochRecorder kept;
   std::atomic<bool> stop{false};
   std::atomic<std::size_t> epochs{0};
   kept.each = [&](const Epoch&) { ++epochs; };
@@ -489,7 +489,7 @@ TEST(Session, SaysThatNoPoseHasComeAndWhyThereIsNoFix) {
       "live: {control: 'tcp://127.0.0.1:" + std::to_string(control) +
           "', poses: [{from: 'udp-listen://127.0.0.1:" + std::to_string(test::free_port()) + "'}]}\n",
       "rate_hz: 10\nduration_s: 5.5\n");
-  Kept kept;
+  EpochRecorder kept;
   std::vector<std::string> notes;
   SessionMetrics metrics;
   Session session(s, city_of(s));
@@ -534,7 +534,7 @@ TEST(Session, SaysThatPosesLieFarFromTheCity) {
            << "\n";
     }
   }
-  Kept kept;
+  EpochRecorder kept;
   std::vector<std::string> notes;
   (void)run(scenario("live: {clock: stamps, poses: [{from: 'file:" + log + "'}]}\n"), kept, &notes);
   EXPECT_THAT(notes, ::testing::Contains(HasSubstr("km from the city's origin")));
@@ -565,7 +565,7 @@ TEST(Session, APoseOfNoAntennaDoesNotEndTheRun) {
         "{\"time_s\": 1, \"position_m\": [1, 1, 2], \"rates_radps\": [1e30, 1e30, 1e30]}"}) {
     const std::string log = log_with((folder / "log.jsonl").string(), bad);
     const std::string csv = (folder / "epochs.csv").string();
-    Kept kept;
+    EpochRecorder kept;
     (void)run(
         scenario(
             fmt::format("live: {{poses: [{{from: 'file:{}'}}], speed: 100, streams: [{{format: epochs_csv, "
@@ -581,7 +581,7 @@ TEST(Session, APoseOfNoAntennaDoesNotEndTheRun) {
 TEST(Session, EpochsUntilAFailureAreInTheFiles) {
   const test::TemporaryFolder folder;
   const std::string csv = (folder / "epochs.csv").string();
-  Kept kept;
+  EpochRecorder kept;
   kept.each = [&](const Epoch&) {
     if (kept.epochs.size() == 11) throw InputError("something failed");
   };
@@ -600,7 +600,7 @@ TEST(Session, ResumesAtThePosesStamp) {
   const Scenario s = scenario(
       "live: {resume: true, poses: [{from: 'udp-listen://127.0.0.1:" + std::to_string(port) + "'}]}\n",
       "rate_hz: 10\nduration_s: 1.5\n");
-  Kept kept;
+  EpochRecorder kept;
   std::vector<std::string> notes;
   std::atomic<bool> over{false};
   std::thread driver([&] {
@@ -625,7 +625,7 @@ TEST(Session, ResumesAtThePosesStamp) {
 TEST(Session, StaggeredReceiversHaveInstantsOfTheirOwn) {
   const Scenario s = scenario("live: {speed: 20, stagger: true}\n", kDrive,
                               "receivers: [{name: a, profile: ideal}, {name: b, profile: ideal}]\n");
-  Kept kept;
+  EpochRecorder kept;
   (void)run(s, kept);
   ASSERT_EQ(kept.epochs.size(), 42U);
   for (const Epoch& epoch : kept.epochs) {
@@ -642,13 +642,13 @@ const std::string kRoverAndBase =
 // The base's epoch of an instant is before the rover's, in any order of vehicles.
 TEST(Session, CorrectionsAreThoseOfTheSameInstant) {
   const Scenario s = scenario("live: {speed: 20}\n", kDrive, kRoverAndBase);
-  Kept live, offline;
+  EpochRecorder live, offline;
   (void)run(s, live);
   const simulation::Simulation simulation(s, city_of(s));
   (void)simulation.run({&offline}, {});
   int differential = 0;
   for (const std::size_t receiver : {0U, 1U}) {
-    for (Kept* kept : {&live, &offline}) {
+    for (EpochRecorder* kept : {&live, &offline}) {
       ASSERT_EQ(std::count_if(kept->epochs.begin(), kept->epochs.end(),
                               [&](const Epoch& epoch) { return epoch.receiver == receiver; }),
                 21);
@@ -685,7 +685,7 @@ Scenario rtk_field(int port, const std::string& rover, const std::string& stream
       "test.yaml", {false});
 }
 
-int fixed_epochs(const Kept& kept) {
+int fixed_epochs(const EpochRecorder& kept) {
   return static_cast<int>(std::count_if(kept.epochs.begin(), kept.epochs.end(), [](const Epoch& epoch) {
     return epoch.receiver == 0 && epoch.observed.fix.kind() == positioning::FixKind::Fixed;
   }));
@@ -695,7 +695,7 @@ int fixed_epochs(const Kept& kept) {
 // s.
 TEST(Session, ARoverReadsAStreamOfRtcm) {
   const int port = canyon::test::free_port();
-  Kept kept;
+  EpochRecorder kept;
   (void)run(
       rtk_field(port, ", corrections: {from: 'tcp-connect://127.0.0.1:" + std::to_string(port) + "'}", ""),
       kept);
@@ -727,7 +727,7 @@ TEST(Session, ACasterServesAVirtualStationAtTheRoversPlace) {
       port, ", corrections: {from: 'ntrip://" + caster + "'}",
       ", {receiver: base, format: rtcm, to: 'ntrip-caster://" + caster + "', virtual_station: true}");
   s.receivers[1].fixed->local_m->x() = 30e3;
-  Kept kept;
+  EpochRecorder kept;
   (void)run(s, kept);
   EXPECT_GE(fixed_epochs(kept), 10);
   for (const Epoch& epoch : kept.epochs) {
@@ -742,10 +742,10 @@ TEST(Session, RtcmComesOverTheUbxLine) {
   const int port = canyon::test::free_port(), ubx_port = canyon::test::free_port();
   const std::string ubx =
       ", {receiver: rover, format: ubx, to: 'tcp://127.0.0.1:" + std::to_string(ubx_port) + "'}";
-  Kept without;
+  EpochRecorder without;
   (void)run(rtk_field(port, "", ubx), without);
   EXPECT_EQ(fixed_epochs(without), 0);
-  Kept kept;
+  EpochRecorder kept;
   std::atomic<bool> over = false;
   std::thread stack([&] {
     const auto from = transport::open_transport("tcp-connect://127.0.0.1:" + std::to_string(port));
@@ -771,7 +771,7 @@ TEST(Session, ByStampsABaseGoesAlongWithThePoses) {
     std::ofstream file(log);
     for (int i = 0; i <= 100; ++i) file << pose_line(1000 + 0.01 * i, 0.05 * i);
   }
-  Kept kept;
+  EpochRecorder kept;
   (void)run(scenario("live: {clock: stamps, poses: [{from: 'file:" + log + "'}]}\n", "rate_hz: 10\n",
                      kRoverAndBase),
             kept);

@@ -375,17 +375,18 @@ WorldScene::~WorldScene() = default;
 
 std::shared_ptr<WorldScene> WorldScene::of(const void* world, const Options& options,
                                            const std::function<std::unique_ptr<HostWorld>()>& make) {
-  struct Known {
+  struct KnownModel {
     const void* world = nullptr;
     std::weak_ptr<WorldScene> scene;
   };
   // Never destroyed: plugins may be unloaded after static objects are gone.
   static auto& mutex = *new std::mutex;
-  static auto& known = *new std::vector<Known>;
+  static auto& known = *new std::vector<KnownModel>;
   const std::lock_guard lock(mutex);
-  known.erase(std::remove_if(known.begin(), known.end(), [](const Known& k) { return k.scene.expired(); }),
-              known.end());
-  for (const Known& other : known) {
+  known.erase(
+      std::remove_if(known.begin(), known.end(), [](const KnownModel& k) { return k.scene.expired(); }),
+      known.end());
+  for (const KnownModel& other : known) {
     std::shared_ptr<WorldScene> scene = other.scene.lock();
     if (scene && other.world == world && scene->impl_->options == options) return scene;
   }

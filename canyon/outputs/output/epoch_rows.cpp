@@ -28,7 +28,7 @@ void EpochRows::clear() {
   for (ViewRows* rows : {&epochs, &satellites, &paths, &bodies}) rows->clear();
 }
 
-void EpochRows::add_epoch(const simulation::Epoch& epoch, const Shown& shown) {
+void EpochRows::add_epoch(const simulation::Epoch& epoch, const ShownRow& shown) {
   const positioning::Fix& fix = epoch.observed.fix;
   const Eigen::Vector3d &at = shown.antenna_m, &fix_m = shown.fix_m;
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -54,7 +54,7 @@ void EpochRows::add_path(const Row& row) {
 void EpochRows::add(const simulation::Epoch& epoch, std::size_t number, double time_s, int skyline,
                     const ToLocal& local, std::span<const gnss::SatelliteId> known) {
   const positioning::Fix& fix = epoch.observed.fix;
-  Shown shown{time_s, skyline, local(epoch.truth_ecef)};
+  ShownRow shown{time_s, skyline, local(epoch.truth_ecef)};
   if (fix.solved()) shown.fix_m = local(fix.position_ecef);
   add_epoch(epoch, shown);
   if (epoch.arrival != nullptr) add_bodies(epoch.arrival->bodies, number);
@@ -86,22 +86,22 @@ void EpochRows::add_bodies(const std::vector<propagation::Body>& about, std::siz
 
 /// Returns the number of stored paths.
 std::size_t EpochRows::add_paths(Row row, const propagation::SatelliteView& view) {
-  struct Kept {
+  struct StoredRow {
     const propagation::Path* path;
     std::complex<double> amplitude;
   };
-  std::vector<Kept> kept;
+  std::vector<StoredRow> kept;
   for (const propagation::Path& path : view.paths.paths)
     kept.push_back({&path, first_signal_amplitude(*row.satellite, view, path, signal_)});
   // The first path stays first: the direct one, or the shortest. Ties and paths without strength stay in
   // order of excess path.
   if (kept.size() > paths_per_satellite_) {
-    std::stable_sort(kept.begin() + 1, kept.end(), [](const Kept& a, const Kept& b) {
+    std::stable_sort(kept.begin() + 1, kept.end(), [](const StoredRow& a, const StoredRow& b) {
       return std::abs(a.amplitude) > std::abs(b.amplitude);
     });
     kept.resize(paths_per_satellite_);
   }
-  for (const Kept& k : kept) {
+  for (const StoredRow& k : kept) {
     row.amplitude = k.amplitude;
     row.path = k.path;
     propagation::Path copy;

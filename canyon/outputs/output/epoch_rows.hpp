@@ -34,7 +34,7 @@ class EpochRows {
            const ToLocal& local, std::span<const gnss::SatelliteId> satellites);
 
   /// Values that are not in an epoch. Positions are in the city's frame [m].
-  struct Shown {
+  struct ShownRow {
     double time_s = 0;  ///< since the beginning of the view
     int skyline = -1;
     Eigen::Vector3d antenna_m = Eigen::Vector3d::Zero();
@@ -43,7 +43,7 @@ class EpochRows {
   };
   /// The parts of add(), for callers without complete epochs: an epoch without its satellites; a satellite by
   /// its `index` in the view's list; a path. `row` has the data for the table's columns.
-  void add_epoch(const simulation::Epoch& epoch, const Shown& shown);
+  void add_epoch(const simulation::Epoch& epoch, const ShownRow& shown);
   void add_satellite(const Row& row, std::size_t number, std::size_t index, int flags, std::size_t paths);
   void add_path(const Row& row);
 

@@ -55,7 +55,7 @@ void check_virtual_station(const StreamRequest& request, const ReceiverDescripti
 
 EncodedStream::EncodedStream(std::unique_ptr<Encoder> encoder, std::shared_ptr<transport::Link> link,
                              std::size_t receiver, const StreamOptions& options,
-                             std::optional<VirtualStations> stations, Now now)
+                             std::optional<VirtualStations> stations, ClockFunction now)
     : encoder_(std::move(encoder)),
       link_(std::move(link)),
       receiver_(receiver),
@@ -224,7 +224,8 @@ StreamRequest parse_stream(std::string_view text) {
 
 std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,
                                            ReceiverDescription description,
-                                           std::shared_ptr<transport::Link> link, EncodedStream::Now now) {
+                                           std::shared_ptr<transport::Link> link,
+                                           EncodedStream::ClockFunction now) {
   if (!link) link = std::make_shared<transport::Link>(request.address);
   const Format& format = format_named(request.format);
   if (!format.live && !transport::is_file_address(request.address)) {

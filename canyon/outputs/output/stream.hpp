@@ -60,12 +60,12 @@ class EncodedStream final : public simulation::EpochSink {
  public:
   using Clock = std::chrono::steady_clock;
   /// The clock of latencies: real time, or a simulator's time, which may be slower or faster.
-  using Now = std::function<Clock::time_point()>;
+  using ClockFunction = std::function<Clock::time_point()>;
   /// Sends the format's first bytes. Throws as Transport::send() does.
   /// @param stations bytes for each reader in addition to the encoder's bytes, which all get; empty: none
   EncodedStream(std::unique_ptr<Encoder> encoder, std::shared_ptr<transport::Link> link, std::size_t receiver,
                 const StreamOptions& options = {}, std::optional<VirtualStations> stations = {},
-                Now now = Clock::now);
+                ClockFunction now = Clock::now);
   ~EncodedStream() override;
   EncodedStream(const EncodedStream&) = delete;
   EncodedStream& operator=(const EncodedStream&) = delete;
@@ -112,7 +112,7 @@ class EncodedStream final : public simulation::EpochSink {
   StreamOptions options_;
   std::optional<VirtualStations> stations_;
   RandomStream delays_;
-  Now now_;
+  ClockFunction now_;
   std::deque<Waiting> waiting_;
   std::optional<std::int64_t> sent_;  // number of the last epoch, in intervals of rate_hz
   bool finished_ = false;
@@ -122,10 +122,10 @@ class EncodedStream final : public simulation::EpochSink {
 /// before its end, except in a file.
 /// @param link shared with other streams; null: its own. A format with initial bytes for every reader needs
 /// its own link (InputError)
-[[nodiscard]] std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::size_t receiver,
-                                                         ReceiverDescription description,
-                                                         std::shared_ptr<transport::Link> link = nullptr,
-                                                         EncodedStream::Now now = EncodedStream::Clock::now);
+[[nodiscard]] std::unique_ptr<EncodedStream> open_stream(
+    const StreamRequest& request, std::size_t receiver, ReceiverDescription description,
+    std::shared_ptr<transport::Link> link = nullptr,
+    EncodedStream::ClockFunction now = EncodedStream::Clock::now);
 
 /// Passes the data that the other end sent since the last call to a stream's receiver: the newest
 /// corrections, and a restart, as a fault. Returns a line for the log if there was a restart.

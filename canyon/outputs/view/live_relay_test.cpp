@@ -26,7 +26,7 @@ using Json = nlohmann::json;
 using testing::HasSubstr;
 
 /// Stores epochs with the data they point to.
-class Kept final : public simulation::EpochSink {
+class EpochRecorder final : public simulation::EpochSink {
  public:
   void write(const simulation::Epoch& epoch) override {
     arrivals.push_back(std::make_unique<propagation::Arrival>(*epoch.arrival));
@@ -86,7 +86,7 @@ class LiveRelayTest : public testing::Test {
   test::TemporaryFolder folder_;
   std::shared_ptr<simulation::CityScene> scene_;
   std::unique_ptr<simulation::Simulation> simulation_;
-  Kept run_;
+  EpochRecorder run_;
   std::string address_;
   std::unique_ptr<Server> server_;
   std::unique_ptr<LiveRelay> relay_;
@@ -201,7 +201,7 @@ TEST_F(LiveRelayTest, ShowsTheReceiversOfAllHostsInOneTime) {
   simulation::Scenario later = scenario();
   later.start = *later.start + 10.0;
   const simulation::Simulation other(later, scene_);
-  Kept epochs;
+  EpochRecorder epochs;
   other.run({&epochs});
   const std::string second = "tcp://127.0.0.1:" + std::to_string(test::free_port());
   relay_ = relay({address_, second});

@@ -16,11 +16,9 @@ constexpr double kNearby_m = 8;
 
 }  // namespace
 
-std::span<const FirstOrderSearch::Found> FirstOrderSearch::trace(const raytrace::RayScene& scene,
-                                                                 std::span<const PosedFacets> sets,
-                                                                 const Vector3d& antenna,
-                                                                 std::span<const Vector3d> directions,
-                                                                 const ReflectionLimits& limits, Kept* kept) {
+std::span<const FirstOrderSearch::FoundPaths> FirstOrderSearch::trace(
+    const raytrace::RayScene& scene, std::span<const PosedFacets> sets, const Vector3d& antenna,
+    std::span<const Vector3d> directions, const ReflectionLimits& limits, CachedFacets* kept) {
   found_.clear();
   for (const PosedFacets& set : sets) find(scene, set, antenna, directions, limits, kept);
   sort_and_drop_doubles();
@@ -30,7 +28,7 @@ std::span<const FirstOrderSearch::Found> FirstOrderSearch::trace(const raytrace:
 
 /// The facets of a set near an antenna in its frame.
 const NearFacets& FirstOrderSearch::gather(const PosedFacets& set, const Vector3d& here, double reach_m,
-                                           Kept* kept) {
+                                           CachedFacets* kept) {
   if (kept != nullptr && set.pose.is_own()) {
     // An antenna that hardly moved is expected to continue like that.
     const bool again = (here - kept->antenna).norm() < kNearby_m / 4;
@@ -48,7 +46,7 @@ const NearFacets& FirstOrderSearch::gather(const PosedFacets& set, const Vector3
 /// Appends the image construction's paths for every facet of one set.
 void FirstOrderSearch::find(const raytrace::RayScene& scene, const PosedFacets& set, const Vector3d& antenna,
                             std::span<const Vector3d> directions, const ReflectionLimits& limits,
-                            Kept* kept) {
+                            CachedFacets* kept) {
   const SetPose& pose = set.pose;
   const Vector3d here = pose.moved_back(antenna);
   FacingFacets& facing = pose.is_own() ? facing_of_city_ : facing_of_instance_;
@@ -71,7 +69,7 @@ void FirstOrderSearch::find(const raytrace::RayScene& scene, const PosedFacets& 
       const auto triangle = set.facets->triangle_at(facet, point);
       if (!triangle) return;
 
-      Found& f = found_.emplace_back();
+      FoundPaths& f = found_.emplace_back();
       f.satellite = static_cast<std::uint32_t>(i);
       f.cosine = cosine;
       f.normal = pose.rotated(facet.normal);
@@ -93,11 +91,11 @@ void FirstOrderSearch::find(const raytrace::RayScene& scene, const PosedFacets& 
 /// Sorts by satellite and excess path, and removes duplicate reflections at the same point of the same plane:
 /// common walls of two buildings, facets that meet at the reflection point.
 void FirstOrderSearch::sort_and_drop_doubles() {
-  std::sort(found_.begin(), found_.end(), [](const Found& a, const Found& b) {
+  std::sort(found_.begin(), found_.end(), [](const FoundPaths& a, const FoundPaths& b) {
     return std::tie(a.satellite, a.path.excess_m, a.path.instance, a.path.triangle) <
            std::tie(b.satellite, b.path.excess_m, b.path.instance, b.path.triangle);
   });
-  drop_doubles(found_, 2 * kCoincidentPoint, [](const Found& a, const Found& b) {
+  drop_doubles(found_, 2 * kCoincidentPoint, [](const FoundPaths& a, const FoundPaths& b) {
     const Vector3d apart = b.path.point - a.path.point;
     const double along = kCoincidentPoint / std::min(a.cosine, b.cosine);
     return apart.squaredNorm() < along * along && std::abs(apart.dot(a.normal)) < kCoincidentPoint &&
@@ -109,13 +107,13 @@ void FirstOrderSearch::sort_and_drop_doubles() {
 /// itself; other surfaces nearer than that are ignored.
 void FirstOrderSearch::keep_clear(const raytrace::RayScene& scene, const Vector3d& antenna,
                                   std::span<const Vector3d> directions) {
-  const auto point = [](const Found& f) -> Vector3d { return f.path.point + f.lift_m * f.normal; };
-  clear_rays_.keep(scene, found_, scene.surface_offset_m(antenna), [&](const Found& f) {
+  const auto point = [](const FoundPaths& f) -> Vector3d { return f.path.point + f.lift_m * f.normal; };
+  clear_rays_.keep(scene, found_, scene.surface_offset_m(antenna), [&](const FoundPaths& f) {
     const Vector3d leg = point(f) - antenna;
     const double range = leg.norm();
     return raytrace::Ray{antenna, leg / range, range};
   });
-  clear_rays_.keep(scene, found_, 0, [&](const Found& f) {
+  clear_rays_.keep(scene, found_, 0, [&](const FoundPaths& f) {
     return raytrace::Ray{point(f), directions[f.satellite]};
   });
 }

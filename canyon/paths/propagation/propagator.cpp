@@ -138,8 +138,8 @@ void take(std::span<const SatellitePaths> found, std::span<SatellitePaths> resul
 }
 
 /// A path from `found`: the common fields of DiffractedPath and DiffusePath.
-template <typename Found>
-Path& append(SatellitePaths& paths, PathKind kind, const Found& found) {
+template <typename FoundItem>
+Path& append(SatellitePaths& paths, PathKind kind, const FoundItem& found) {
   Path& path = paths.paths.emplace_back();
   path.kind = kind;
   path.excess_m = found.excess_m;
@@ -215,11 +215,11 @@ struct Propagator::Impl {
   std::optional<DiffuseScattering> diffuse;
   Prepared city;
   /// Reflectors near an antenna.
-  struct About {
-    FirstOrderSearch::Kept facets;
+  struct NearbyReflectors {
+    FirstOrderSearch::CachedFacets facets;
     NearPairs pairs;
   };
-  AntennaCache<About> cache;
+  AntennaCache<NearbyReflectors> cache;
 
   PerInstance<Prepared> instances;
 
@@ -334,7 +334,7 @@ struct Propagator::Impl {
                                   std::max(kMinCosine, std::cos(options.max_incidence_rad)),
                                   2 * scene->surface_offset_m(antenna)};
     const auto lease = cache.about(antenna);
-    About* about = lease.get();
+    NearbyReflectors* about = lease.get();
     for (const auto& found : s.first_order.trace(*scene, s.posed, antenna, directions, limits,
                                                  about != nullptr ? &about->facets : nullptr)) {
       Path& path = result[found.satellite].paths.emplace_back(found.path);

@@ -38,7 +38,7 @@ bool meets(const Beam& beam, const Vector3d& centre, double radius) {
 }  // namespace
 
 /// A facet next to the antenna, with the image of the antenna in it. In ENU except `facet`.
-struct SecondOrderSearch::Near {
+struct SecondOrderSearch::MirrorFacet {
   const PosedFacets* set;
   std::size_t set_index;
   const Facet* facet;
@@ -48,7 +48,7 @@ struct SecondOrderSearch::Near {
   Beam beam;
 };
 
-std::span<const SecondOrderSearch::Found> SecondOrderSearch::trace(
+std::span<const SecondOrderSearch::FoundPaths> SecondOrderSearch::trace(
     const raytrace::RayScene& scene, std::span<const PosedFacets> sets, const Vector3d& antenna,
     std::span<const Vector3d> directions, const ReflectionLimits& limits, const FacingFacets& facing_of_city,
     NearPairs* pairs) {
@@ -72,7 +72,7 @@ void SecondOrderSearch::prepare(const raytrace::RayScene& scene, std::span<const
   if (around_.size() < sets.size()) around_.resize(sets.size());
   for (std::size_t i = 0; i < sets.size(); ++i) {
     const PosedFacets& set = sets[i];
-    Around& around = around_[i];
+    NearbySet& around = around_[i];
     around.centre = set.pose.moved(set.beams->centre());
     const double radius = set.beams->radius(), distance = (around.centre - antenna).norm();
     around.in_reach = radius > 0 && distance <= limits.reach_m + radius;
@@ -106,7 +106,7 @@ void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<co
   const FacingFacets& facing = near_set == 0 ? *facing_of_city_ : facing_;
   for (std::size_t k = 0; k < facing.facet.size(); ++k) {
     if (hidden_[k] != 0) continue;
-    Near near{&set, near_set, &set.facets->facets()[facing.facet[k]], {}, 0, antenna, {}};
+    MirrorFacet near{&set, near_set, &set.facets->facets()[facing.facet[k]], {}, 0, antenna, {}};
     const Facet& facet = *near.facet;
     near.height = facet.normal.dot(here) - facet.offset;
     if (near.height <= limits.clearance_m + 2 * facet.deviation) continue;
@@ -133,11 +133,11 @@ void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<co
 }
 
 /// Appends the paths of one facet next to the antenna and all facets of one set next to the satellites.
-void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& near,
+void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const MirrorFacet& near,
                                  std::span<const PosedFacets> sets, std::size_t far_set,
                                  std::span<const Vector3d> directions, const ReflectionLimits& limits) {
   const PosedFacets& set = sets[far_set];
-  Around& around = around_[far_set];
+  NearbySet& around = around_[far_set];
   const SetPose& pose = set.pose;
   if (!pose.is_own() && !meets(near.beam, around.centre, set.beams->radius() + 1e-3)) return;
   Beam beam = near.beam;
@@ -150,8 +150,8 @@ void SecondOrderSearch::find_far(const raytrace::RayScene& scene, const Near& ne
 }
 
 /// Appends the paths of one facet next to the antenna and facets of one set in directions that may fit.
-void SecondOrderSearch::reflect(const raytrace::RayScene& scene, const Near& near, const PosedFacets& set,
-                                std::span<const BeamIndex::Match> matches,
+void SecondOrderSearch::reflect(const raytrace::RayScene& scene, const MirrorFacet& near,
+                                const PosedFacets& set, std::span<const BeamIndex::Match> matches,
                                 std::span<const Vector3d> directions, const ReflectionLimits& limits) {
   const SetPose& pose = set.pose;
   const Vector3d apex = pose.moved_back(near.beam.apex);
@@ -191,7 +191,7 @@ void SecondOrderSearch::reflect(const raytrace::RayScene& scene, const Near& nea
       const auto far_triangle = set.facets->triangle_at(facet, far_there);
       if (!far_triangle) continue;
 
-      Found& f = found_.emplace_back();
+      FoundPaths& f = found_.emplace_back();
       f.satellite = static_cast<std::uint32_t>(satellite);
       f.cosine = cosine;
       f.far_cosine = far_cosine;
@@ -228,27 +228,30 @@ void SecondOrderSearch::keep_clear(const raytrace::RayScene& scene, const Vector
     const double range = (to - from).norm();
     return raytrace::Ray{from, (to - from) / range, range};
   };
-  const auto near = [](const Found& f) -> Vector3d { return f.path.point + f.lift_m * f.normal; };
-  const auto far = [](const Found& f) -> Vector3d { return f.path.far_point + f.far_lift_m * f.far_normal; };
+  const auto near = [](const FoundPaths& f) -> Vector3d { return f.path.point + f.lift_m * f.normal; };
+  const auto far = [](const FoundPaths& f) -> Vector3d {
+    return f.path.far_point + f.far_lift_m * f.far_normal;
+  };
   clear_rays_.keep(scene, found_, scene.surface_offset_m(antenna),
-                   [&](const Found& f) { return between(antenna, near(f)); });
-  clear_rays_.keep(scene, found_, 0, [&](const Found& f) { return between(near(f), far(f)); });
-  clear_rays_.keep(scene, found_, 0, [&](const Found& f) {
+                   [&](const FoundPaths& f) { return between(antenna, near(f)); });
+  clear_rays_.keep(scene, found_, 0, [&](const FoundPaths& f) { return between(near(f), far(f)); });
+  clear_rays_.keep(scene, found_, 0, [&](const FoundPaths& f) {
     return raytrace::Ray{far(f), directions[f.satellite]};
   });
 }
 
 /// Sorts by satellite and excess path, and removes duplicate paths by the same points of the same planes.
 void SecondOrderSearch::sort_and_drop_doubles(const Vector3d& antenna) {
-  const auto key = [](const Found& f) {
+  const auto key = [](const FoundPaths& f) {
     return std::tie(f.satellite, f.path.excess_m, f.path.instance, f.path.triangle, f.path.far_instance,
                     f.path.far_triangle);
   };
-  std::sort(found_.begin(), found_.end(), [&](const Found& a, const Found& b) { return key(a) < key(b); });
+  std::sort(found_.begin(), found_.end(),
+            [&](const FoundPaths& a, const FoundPaths& b) { return key(a) < key(b); });
   // Largest distance between the points of one path by two pairs of planes that differ by kCoincidentPoint
   // and by small angles turn_B and turn_A: the image in B moves by 2 kCoincidentPoint and 2 turn_B leg, s'
   // rotates by 2 turn_A, and each motion of the ray moves the point in its plane by 1 / cos(incidence) of it.
-  const auto same = [&](const Found& a, const Found& b) {
+  const auto same = [&](const FoundPaths& a, const FoundPaths& b) {
     const double rotation = (a.normal - b.normal).norm(), far_rotation = (a.far_normal - b.far_normal).norm();
     if (a.normal.dot(b.normal) <= kSameNormal || a.far_normal.dot(b.far_normal) <= kSameNormal) return false;
     const double leg = (a.path.point - antenna).norm();

@@ -53,7 +53,7 @@ struct ReflectionLimits {
 /// stationary antenna gets its pairs of the city's facets from NearPairs.
 class SecondOrderSearch {
  public:
-  struct Found {
+  struct FoundPaths {
     std::uint32_t satellite = 0;
     double lift_m = 0, far_lift_m = 0;  ///< along the normals, so that rays do not hit the facets themselves
     double cosine = 1, far_cosine = 1;  ///< of the incidences
@@ -65,13 +65,14 @@ class SecondOrderSearch {
   /// first of `sets` is the city, in its own frame; the others have poses in it. `facing_of_city` are its
   /// facets by FacingFacets::fill(), as gathered by the first order. @param pairs cache of the city's pairs
   /// for this antenna; null: no cache
-  std::span<const Found> trace(const raytrace::RayScene& scene, std::span<const PosedFacets> sets,
-                               const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
-                               const ReflectionLimits& limits, const FacingFacets& facing_of_city,
-                               NearPairs* pairs);
+  std::span<const FoundPaths> trace(const raytrace::RayScene& scene, std::span<const PosedFacets> sets,
+                                    const Eigen::Vector3d& antenna,
+                                    std::span<const Eigen::Vector3d> directions,
+                                    const ReflectionLimits& limits, const FacingFacets& facing_of_city,
+                                    NearPairs* pairs);
 
  private:
-  struct Near;
+  struct MirrorFacet;
 
   void prepare(const raytrace::RayScene& scene, std::span<const PosedFacets> sets,
                const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
@@ -79,10 +80,10 @@ class SecondOrderSearch {
   void find_pairs(const raytrace::RayScene& scene, std::span<const PosedFacets> sets, std::size_t near_set,
                   const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
                   const ReflectionLimits& limits);
-  void find_far(const raytrace::RayScene& scene, const Near& near, std::span<const PosedFacets> sets,
+  void find_far(const raytrace::RayScene& scene, const MirrorFacet& near, std::span<const PosedFacets> sets,
                 std::size_t far_set, std::span<const Eigen::Vector3d> directions,
                 const ReflectionLimits& limits);
-  void reflect(const raytrace::RayScene& scene, const Near& near, const PosedFacets& set,
+  void reflect(const raytrace::RayScene& scene, const MirrorFacet& near, const PosedFacets& set,
                std::span<const BeamIndex::Match> matches, std::span<const Eigen::Vector3d> directions,
                const ReflectionLimits& limits);
   void keep_clear(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna,
@@ -90,7 +91,7 @@ class SecondOrderSearch {
   void sort_and_drop_doubles(const Eigen::Vector3d& antenna);
 
   /// A set at its pose near the antenna.
-  struct Around {
+  struct NearbySet {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< ENU, of a sphere about all its facets
     bool in_reach = false;
     bool hidden = false;
@@ -104,10 +105,10 @@ class SecondOrderSearch {
   std::vector<Occluders::Hidden> hidden_regions_;
   Occluders::Scratch occluders_;
   std::vector<std::uint8_t> hidden_;
-  std::vector<Around> around_;
+  std::vector<NearbySet> around_;
   std::vector<BeamIndex::Match> matches_;
   NearPairs* near_pairs_ = nullptr;  ///< during a search: of the city, if valid
-  std::vector<Found> found_;
+  std::vector<FoundPaths> found_;
   ClearRays clear_rays_;
 };
 

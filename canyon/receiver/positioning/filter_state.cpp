@@ -92,7 +92,7 @@ bool Update::take(const FilterRow& row, double gate_sigmas) {
   return true;
 }
 
-void state_accuracy(FilterState& filter, std::span<Taken> taken, double excess,
+void state_accuracy(FilterState& filter, std::span<AcceptedRow> taken, double excess,
                     const PositionFilterOptions& options) {
   const double lasting = options.error_correlation_s > 0 ? excess : 0;
   const double lasting_corrected = std::max(0.0, lasting - 1);
@@ -101,7 +101,7 @@ void state_accuracy(FilterState& filter, std::span<Taken> taken, double excess,
   StateMatrix until = StateMatrix::Identity();  // Q', Q the product of I - K h' over the rows so far
   double fractions = 0;
   std::ptrdiff_t pseudoranges = 0;
-  for (Taken& each : taken) {
+  for (AcceptedRow& each : taken) {
     const FilterRow& row = each.row;
     const StateVector& gain = each.gain;
     StateVector m = product(s, row.gradient);

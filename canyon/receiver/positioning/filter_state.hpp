@@ -47,7 +47,7 @@ struct FilterRow {
   double fraction = 1;  ///< Measurement::stated_share
 };
 /// An accepted row, and its gain.
-struct Taken {
+struct AcceptedRow {
   FilterRow row;
   StateVector gain;
   std::size_t lasting = 0;   ///< index of a pseudorange's error in FilterState::lasting
@@ -94,9 +94,11 @@ struct FilterState {
 class Update {
  public:
   /// @param taken accepted rows; emptied, it keeps its capacity
-  Update(FilterState& filter, std::vector<Taken>& taken) : state_(filter), taken_(taken) { taken.clear(); }
+  Update(FilterState& filter, std::vector<AcceptedRow>& taken) : state_(filter), taken_(taken) {
+    taken.clear();
+  }
   /// Continues from `start`, an update of another state that is otherwise equal.
-  Update(FilterState& filter, std::vector<Taken>& taken, const Update& started)
+  Update(FilterState& filter, std::vector<AcceptedRow>& taken, const Update& started)
       : state_(filter), correction_(started.correction_), taken_(taken) {
     taken = started.taken_;
   }
@@ -115,7 +117,7 @@ class Update {
  private:
   FilterState& state_;
   StateVector correction_ = StateVector::Zero();
-  std::vector<Taken>& taken_;
+  std::vector<AcceptedRow>& taken_;
 };
 
 /// Updates FilterState::stated with the accepted rows: the covariance of an estimate whose gains K come from
@@ -125,7 +127,7 @@ class Update {
 ///   S - K m' - m K' + K K' (h' S h + w^2 + b^2 + 2 b h' C),  m = S h + b C,  then C - K h' C - K b.
 /// @param excess variance of errors over that of the weights. With error_correlation_s all of it is
 /// correlated; of corrected pseudoranges the part above 1: their noise is white.
-void state_accuracy(FilterState& filter, std::span<Taken> taken, double excess,
+void state_accuracy(FilterState& filter, std::span<AcceptedRow> taken, double excess,
                     const PositionFilterOptions& options);
 
 /// One epoch's satellites relative to a position. Vectors keep their capacity from epoch to epoch.
@@ -138,7 +140,7 @@ struct FilterEpoch {
   std::vector<RangedSatellite> satellites;
   std::vector<bool> passed;           ///< one per satellite
   std::vector<Candidate> candidates;  ///< in the order of processing of pseudoranges
-  std::vector<Taken> taken, accepted_if_rotated;
+  std::vector<AcceptedRow> taken, accepted_if_rotated;
   FilterState rotated;
   std::vector<double> innovations;
 };

@@ -210,7 +210,7 @@ struct CodeTracker::Search {
     using State = ZeroSearch<double>::State;
     while (search.state == State::Refining || (search.state == State::Scanning && inside(search.at)))
       search.take(look(search.at));
-    if (search.state != State::Found) return std::nullopt;
+    if (search.state != State::Located) return std::nullopt;
     return accepted(search.at);
   }
 

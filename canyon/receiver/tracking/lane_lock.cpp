@@ -223,7 +223,7 @@ void LaneCodeLock::lock_group(const Paths& paths, std::size_t first, std::array<
   for (std::size_t i = 0; i < Width; ++i) {
     if (!(strongest[i] > 0)) continue;
     if (d[i] == 0)  // on the peak
-      searches[i].state = Search::State::Found;
+      searches[i].state = Search::State::Located;
     else
       searches[i].run(tau[i], d[i], gain_ * d[i] / total[i], step_);
   }
@@ -244,7 +244,7 @@ void LaneCodeLock::lock_group(const Paths& paths, std::size_t first, std::array<
     for (std::size_t i = 0; i < Width; ++i) {
       if (!searches[i].looking()) continue;
       searches[i].take(d[i]);
-      if (searches[i].state == Search::State::Found) tau[i] = searches[i].at;
+      if (searches[i].state == Search::State::Located) tau[i] = searches[i].at;
     }
   }
   delay = tau;

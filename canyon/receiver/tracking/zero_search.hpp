@@ -11,7 +11,7 @@ namespace canyon::tracking {
 /// against the sign of D; a zero is stable if D rises with the delay there. Delays in chips.
 template <typename Real>
 struct ZeroSearch {
-  enum class State : std::uint8_t { Scanning, Refining, Found, Lost };
+  enum class State : std::uint8_t { Scanning, Refining, Located, Lost };
 
   /// |D| below this fraction of its correlators' power is rounding noise.
   static constexpr Real kSilent = sizeof(Real) == sizeof(float) ? Real(3e-6) : Real(1e-13);
@@ -80,7 +80,7 @@ struct ZeroSearch {
   /// Regula falsi with the Illinois correction, and bisection if that is slow: D may have corners.
   void narrow(Real d) {
     if (d == 0) {
-      state = State::Found;
+      state = State::Located;
       return;
     }
     Real& end = d > 0 ? high_ : low_;
@@ -96,7 +96,7 @@ struct ZeroSearch {
   void divide() {
     at = (low_ + high_) / 2;
     if (high_ - low_ <= kWidth || refined_ >= 100) {
-      state = State::Found;
+      state = State::Located;
       return;
     }
     if (refined_++ % 3 == 2) return;

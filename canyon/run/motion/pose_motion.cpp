@@ -25,22 +25,22 @@ double seconds(std::int64_t ns) {
 PoseTrack::PoseTrack(std::string source, const PoseTrackOptions& options)
     : source_(std::move(source)), options_(options), timeout_ns_(std::llround(options.timeout_s * 1e9)) {}
 
-PoseTrack::Taken PoseTrack::add(const ReportedPose& sent, std::int64_t now_ns) {
+PoseTrack::PoseResult PoseTrack::add(const ReportedPose& sent, std::int64_t now_ns) {
   const std::optional<RigidPose> pose = proper_pose(sent.pose);
   const auto finite = [](const std::optional<Vector3d>& v) { return !v || v->allFinite(); };
   if (!pose || !finite(sent.linear_velocity) || !finite(sent.angular_velocity) ||
       !std::isfinite(sent.stamp_s))
-    return Taken::NoPose;
+    return PoseResult::NoPose;
   const std::lock_guard lock(mutex_);
   if (!samples_.empty()) {
     const Sample& last = samples_.back();
     const double step_s = sent.stamp_s - last.stamp_s;
     if (step_s < 0 && clock_runs_) {
-      if (step_s > -options_.timeout_s) return Taken::Old;
+      if (step_s > -options_.timeout_s) return PoseResult::Old;
       samples_.clear();
       clock_runs_ = false;
     } else if (step_s == 0 && clock_runs_ && same_pose(*pose, last.motion)) {
-      return Taken::Old;
+      return PoseResult::Old;
     } else {
       clock_runs_ = step_s > 0;
     }
@@ -55,7 +55,7 @@ PoseTrack::Taken PoseTrack::add(const ReportedPose& sent, std::int64_t now_ns) {
   if (options_.by_stamp && set) samples_.clear();
   samples_.push_back(std::move(sample));
   if (samples_.size() > kMaxPoses) samples_.pop_front();
-  return Taken::Yes;
+  return PoseResult::Yes;
 }
 
 double PoseTrack::time_s(const Sample& sample) const {
@@ -148,7 +148,8 @@ PoseTrack::Sample PoseTrack::after_last(const ReportedPose& sent, const RigidPos
 }
 
 std::string PoseInbox::take(const RigidPose& pose, double stamp_s) {
-  if (track_.add({pose, stamp_s, {}, {}}, now_ns_) != PoseTrack::Taken::NoPose || complained_.exchange(true))
+  if (track_.add({pose, stamp_s, {}, {}}, now_ns_) != PoseTrack::PoseResult::NoPose ||
+      complained_.exchange(true))
     return {};
   return fmt::format(
       "poses on {} are dropped if they are not finite or their quaternion is zero; this is the first",

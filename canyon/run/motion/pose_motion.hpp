@@ -37,14 +37,14 @@ class PoseTrack {
   /// @param source name for messages: "no pose has come on SOURCE yet"
   PoseTrack(std::string source, const PoseTrackOptions& options);
 
-  enum class Taken {
+  enum class PoseResult {
     Yes,
     NoPose,  ///< not finite, or its quaternion has no direction (proper_pose())
     Old      ///< duplicate, or older than the last
   };
   /// Adds a pose that arrives at `now_ns` of the host's time, unless it is rejected. A stamp that goes back
   /// by more than the time-out belongs to another run of the sender: the track restarts.
-  Taken add(const ReportedPose& sent, std::int64_t now_ns);
+  PoseResult add(const ReportedPose& sent, std::int64_t now_ns);
   /// The motion at `now_ns`: linear between poses, extrapolated after the last one as moved_on(). Velocities
   /// are the sender's if given, else differences of poses: by the sender's stamps if these advance, else by
   /// the host's time. Empty, with `reason`, if no pose has come, the last is too old, or the instant is in a

@@ -72,15 +72,15 @@ TEST(PoseTrack, TakesTheSendersClockWhereItRuns) {
   std::string reason;
   EXPECT_FALSE(track.at(0, reason));
   EXPECT_EQ(reason, "no pose has come on /mocap/car yet");
-  EXPECT_EQ(track.add(sent({{1, 0, 0}, Quaterniond::Identity()}, 100), 0), PoseTrack::Taken::Yes);
+  EXPECT_EQ(track.add(sent({{1, 0, 0}, Quaterniond::Identity()}, 100), 0), PoseTrack::PoseResult::Yes);
   EXPECT_EQ(track.add(sent({{2, 0, 0}, Quaterniond::Identity()}, 100.01), 100'000'000),
-            PoseTrack::Taken::Yes);
+            PoseTrack::PoseResult::Yes);
   EXPECT_NEAR(track.at(100'000'000, reason)->linear_velocity.x(), 100, 1e-6);
   EXPECT_EQ(track.add(sent({{3, 0, 0}, Quaterniond::Identity()}, 100.01), 200'000'000),
-            PoseTrack::Taken::Yes);
+            PoseTrack::PoseResult::Yes);
   EXPECT_NEAR(track.at(200'000'000, reason)->linear_velocity.x(), 10, 1e-9);
   EXPECT_EQ(track.add(sent({{kNan, 0, 0}, Quaterniond::Identity()}, 101), 300'000'000),
-            PoseTrack::Taken::NoPose);
+            PoseTrack::PoseResult::NoPose);
   EXPECT_TRUE(track.at(500'000'000, reason));
   EXPECT_FALSE(track.at(500'000'001, reason));
   EXPECT_EQ(reason, "the last pose on /mocap/car is 0.3 s old");
@@ -109,15 +109,15 @@ TEST(PoseTrack, GoesOnForABoundedTimeAndThenKnowsNoTruth) {
 TEST(PoseTrack, DropsWhatCameBeforeAndWhatIsOlder) {
   PoseTrack track("udp", {0.5});
   std::string reason;
-  EXPECT_EQ(track.add(at_x(0, 7), 0), PoseTrack::Taken::Yes);
-  EXPECT_EQ(track.add(at_x(1, 7.1), 100 * kMs), PoseTrack::Taken::Yes);
-  EXPECT_EQ(track.add(at_x(1, 7.1), 110 * kMs), PoseTrack::Taken::Old);     // twice
-  EXPECT_EQ(track.add(at_x(0.5, 7.05), 120 * kMs), PoseTrack::Taken::Old);  // overtaken
+  EXPECT_EQ(track.add(at_x(0, 7), 0), PoseTrack::PoseResult::Yes);
+  EXPECT_EQ(track.add(at_x(1, 7.1), 100 * kMs), PoseTrack::PoseResult::Yes);
+  EXPECT_EQ(track.add(at_x(1, 7.1), 110 * kMs), PoseTrack::PoseResult::Old);     // twice
+  EXPECT_EQ(track.add(at_x(0.5, 7.05), 120 * kMs), PoseTrack::PoseResult::Old);  // overtaken
   // A dropped pose does not extend the track.
   EXPECT_TRUE(track.at(600 * kMs, reason));
   EXPECT_FALSE(track.at(601 * kMs, reason));
   // A sender that restarts.
-  EXPECT_EQ(track.add(at_x(5, 0.1), 700 * kMs), PoseTrack::Taken::Yes);
+  EXPECT_EQ(track.add(at_x(5, 0.1), 700 * kMs), PoseTrack::PoseResult::Yes);
   EXPECT_EQ(track.at(700 * kMs, reason)->linear_velocity, Vector3d::Zero());
 }
 
@@ -174,7 +174,7 @@ TEST(PoseTrack, TakesTheSendersVelocities) {
   track.add(pose, 0);
   EXPECT_EQ(track.at(0, reason)->linear_velocity, Vector3d(4, -5, 6));
   pose.linear_velocity = Vector3d(4, kNan, 6);
-  EXPECT_EQ(track.add(pose, kMs), PoseTrack::Taken::NoPose);
+  EXPECT_EQ(track.add(pose, kMs), PoseTrack::PoseResult::NoPose);
 }
 
 TEST(PoseOf, TurnsArmAndMotionIntoTheCity) {

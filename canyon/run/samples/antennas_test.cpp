@@ -22,9 +22,9 @@ constexpr double kApart_m = 0.1, kWall_m = 30;
 
 /// Keeps the direct paths of one satellite or of all; with a wall, its reflections by a wall 30 m west of the
 /// origin.
-class Around final : public disturbance::Disturbance {
+class NearbySet final : public disturbance::Disturbance {
  public:
-  Around(int only, int reflected) : only_(only), reflected_(reflected) {}
+  NearbySet(int only, int reflected) : only_(only), reflected_(reflected) {}
   void apply(const propagation::Antenna& /*antenna*/, propagation::Arrival& arrival) override {
     std::erase_if(arrival.views,
                   [&](const auto& view) { return only_ != 0 && view.line.id.number != only_; });
@@ -53,7 +53,7 @@ simulation::Simulation simulate(int only, int reflected) {
   simulation::Scenario scenario = simulation::parse_scenario(text, "test.yaml");
   for (simulation::ReceiverConfig& receiver : scenario.receivers) {
     receiver.disturbances.push_back({"around", [only, reflected](std::uint64_t, const std::string&) {
-                                       return std::make_unique<Around>(only, reflected);
+                                       return std::make_unique<NearbySet>(only, reflected);
                                      }});
   }
   city::City city;

@@ -103,12 +103,12 @@ constexpr gnss::SatelliteId kHigh{gnss::System::GPS, 15}, kEast{gnss::System::GP
 
 /// The result of a correlator near a measurement: amplitude with the measurement's phase removed, and the
 /// code error [m], by the samples that have the sign of another chip. Early and late are half a chip away.
-struct Found {
+struct FoundTone {
   std::complex<double> prompt, early, late;
   double delay_m = 0;
 };
-Found correlate(const Recorder& recorded, const FrontEnd& front_end, const simulation::Simulation& simulation,
-                const simulation::Epoch& epoch) {
+FoundTone correlate(const Recorder& recorded, const FrontEnd& front_end,
+                    const simulation::Simulation& simulation, const simulation::Epoch& epoch) {
   const receiver::SatelliteObservation& satellite = epoch.observed.satellites.at(0);
   const positioning::Measurement& m = *satellite.measurement;
   const geodesy::GpsTime zero = recorded.epochs.front().truth.time;  // a whole second
@@ -133,7 +133,7 @@ Found correlate(const Recorder& recorded, const FrontEnd& front_end, const simul
     const double scale = front_end.bandwidth_hz > 0 ? 2 : std::sqrt(2.0);
     return front_end.real ? std::complex<double>(scale * value.real()) : std::complex<double>(value);
   };
-  Found found;
+  FoundTone found;
   double others = 0;
   for (std::int64_t n = middle - kHalf; n < middle + kHalf; ++n) {
     const double t = first_s + static_cast<double>(n) / front_end.rate_hz - reading_s;
@@ -176,7 +176,7 @@ void expect_as_measured(const Setting& setting, double truth_rate_hz, FrontEnd f
       continue;
     }
     ++compared;
-    const Found found = correlate(recorded, front_end, simulation, epoch);
+    const FoundTone found = correlate(recorded, front_end, simulation, epoch);
     EXPECT_NEAR(std::arg(found.prompt) / kTwoPi, 0, 2e-3) << into_s;
     const double cn0_dbhz = *satellites[0].cn0_dbhz;
     if (front_end.bandwidth_hz > 0) {

@@ -66,12 +66,12 @@ void judge(Estimate& estimate, double before, double value, double low, double h
 void add_leaves_out(std::span<const Observed> recorded, std::span<const std::set<gnss::System>> skies,
                     const std::map<const gnss::Signal*, std::size_t>& counts,
                     const simulation::ReceiverConfig& receiver, Calibration& result) {
-  struct Seen {
+  struct ObservedSignal {
     double clear_s = 0;
     std::size_t tracked = 0;
     std::set<gnss::SatelliteId> satellites;
   };
-  std::map<std::string, Seen> seen;
+  std::map<std::string, ObservedSignal> seen;
   for (const Observed& e : recorded) {
     for (const Series& series : e.series) {
       if (!series.first()) continue;
@@ -82,7 +82,7 @@ void add_leaves_out(std::span<const Observed> recorded, std::span<const std::set
       }
       for (const char* group : kGroups) {
         if (!gnss::in_group(group, series.id, *series.signal, e.times.front())) continue;
-        Seen& of = seen[group];
+        ObservedSignal& of = seen[group];
         of.tracked += tracked;
         of.clear_s += static_cast<double>(high) * e.interval_s;
         if (high > 0) of.satellites.insert(series.id);

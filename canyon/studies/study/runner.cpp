@@ -33,15 +33,15 @@ constexpr double kSourceBytes = 150, kSceneBytes = 600;
 
 /// Objects that are made once per key and cached while they fit; the least recently used are removed first.
 /// An object lives while it is used. Thread-safe: a thread waits for an object that another one is making.
-template <typename Thing>
+template <typename Item>
 class Shared {
  public:
   explicit Shared(double max_bytes) : max_(max_bytes) {}
 
   template <typename Make, typename Size>
-  std::shared_ptr<const Thing> get(const std::string& key, const Make& make, const Size& size) {
-    std::promise<std::shared_ptr<const Thing>> promise;
-    std::shared_future<std::shared_ptr<const Thing>> future;
+  std::shared_ptr<const Item> get(const std::string& key, const Make& make, const Size& size) {
+    std::promise<std::shared_ptr<const Item>> promise;
+    std::shared_future<std::shared_ptr<const Item>> future;
     bool mine = false;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
@@ -58,7 +58,7 @@ class Shared {
     }
     if (!mine) return future.get();
     try {
-      std::shared_ptr<const Thing> thing = make();
+      std::shared_ptr<const Item> thing = make();
       promise.set_value(thing);
       keep(key, size(*thing));
       return thing;
@@ -72,7 +72,7 @@ class Shared {
 
  private:
   struct Entry {
-    std::shared_future<std::shared_ptr<const Thing>> future;
+    std::shared_future<std::shared_ptr<const Item>> future;
     std::list<std::string>::iterator entry;
     double bytes = 0;  // 0: being made
   };

@@ -146,7 +146,7 @@ class ComparisonView {
     seen.visible = static_cast<int>(
         std::count_if(list.begin(), list.end(), [&](const auto& s) { return s.of(side).tracked; }));
     seen.blocked = static_cast<int>(list.size()) - seen.visible;
-    output::EpochRows::Shown shown{time_s(i), recorder.skyline(e.position_enu_m), e.position_enu_m};
+    output::EpochRows::ShownRow shown{time_s(i), recorder.skyline(e.position_enu_m), e.position_enu_m};
     add_satellites(side, i, recorder.rows(), seen);
     if (fix.solved) {
       seen.fix.status = positioning::FixStatus::Fix;

@@ -130,14 +130,14 @@ TEST(FurtherSignals, EmittedRecordingIsJudgedAsItsOwn) {
   EXPECT_THAT(names_of(comparison.recorded), ElementsAre("L1CA", "L2C", "L5", "E1", "E5a", "E5b"));
   EXPECT_EQ(comparison.tracked, comparison.recorded);
 
-  struct Known {
+  struct KnownSignal {
     std::size_t slips = 0, with_phase = 0, observations = 0;
   };
-  std::map<const gnss::Signal*, Known> known;
+  std::map<const gnss::Signal*, KnownSignal> known;
   std::map<std::pair<gnss::SatelliteId, const gnss::Signal*>, geodesy::GpsTime> since;
   each_recorded(recorded, comparison, [&](std::size_t, gnss::SatelliteId id, const auto& signal) {
     if (!signal.measurement) return;
-    Known& signal_entry = known[signal.signal];
+    KnownSignal& signal_entry = known[signal.signal];
     ++signal_entry.observations;
     if (!signal.measurement->carrier_phase_cycles) return;
     ++signal_entry.with_phase;
@@ -149,7 +149,7 @@ TEST(FurtherSignals, EmittedRecordingIsJudgedAsItsOwn) {
   const ModelMetrics f = all_metrics(comparison);
   ASSERT_EQ(f.signals.size(), 6U);
   for (const SignalMetrics& s : f.signals) {
-    const Known& signal_entry = known[s.signal];
+    const KnownSignal& signal_entry = known[s.signal];
     const PhaseMetrics& phase = s.phase.measured;
     std::printf(
         "%-12s KS of errors %.3f %.3f, of C/N0 %.3f %.3f; slips %zu and %zu; noise %.2f and %.2f mm LOS\n",

@@ -428,7 +428,7 @@ Geodetic choose_origin(const MapData& map, const Terrain* terrain, const std::op
 
 std::optional<std::size_t> SameOutlines::add(std::size_t item, const std::vector<Polygon2>& polygons,
                                              double min_height_m) {
-  Seen next{item, total_area(polygons), min_height_m, {}};
+  VisitedPoint next{item, total_area(polygons), min_height_m, {}};
   const auto collect = [&next](const std::vector<Point2>& ring) {
     for (const Point2& p : ring)
       next.corners.emplace_back(std::llround(p.x() * 1e3), std::llround(p.y() * 1e3));
@@ -444,8 +444,8 @@ std::optional<std::size_t> SameOutlines::add(std::size_t item, const std::vector
         (hash ^ static_cast<std::uint64_t>(x) * 73'856'093U ^ static_cast<std::uint64_t>(y) * 19'349'663U) *
         0x9E3779B97F4A7C15ULL;
   }
-  std::vector<Seen>& alike = by_hash_[static_cast<std::size_t>(hash)];
-  for (const Seen& seen : alike)
+  std::vector<VisitedPoint>& alike = by_hash_[static_cast<std::size_t>(hash)];
+  for (const VisitedPoint& seen : alike)
     if (seen.corners == next.corners && std::abs(seen.area_m2 - next.area_m2) < 0.1 &&
         seen.min_height_m == min_height_m)
       return seen.item;

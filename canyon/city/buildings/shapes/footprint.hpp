@@ -68,12 +68,12 @@ class SameOutlines {
 
  private:
   using Corners = std::vector<std::pair<std::int64_t, std::int64_t>>;
-  struct Seen {
+  struct VisitedPoint {
     std::size_t item = 0;
     double area_m2 = 0, min_height_m = 0;
     Corners corners;
   };
-  std::unordered_map<std::size_t, std::vector<Seen>> by_hash_;
+  std::unordered_map<std::size_t, std::vector<VisitedPoint>> by_hash_;
 };
 
 /// Distance of the trees of a row, the first at its beginning; at most 10,000 per row.

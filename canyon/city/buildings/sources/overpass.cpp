@@ -172,7 +172,7 @@ std::string quoted(std::string_view text) {
 }
 
 /// A place in the result.
-struct Found {
+struct NamedArea {
   std::string name;
   LonLatBox box;
   [[nodiscard]] double extent() const { return (box.unwrapped().east - box.west) * (box.north - box.south); }
@@ -201,7 +201,7 @@ std::string named_area_query(const std::vector<std::string_view>& pieces, int ti
   return query + ");\nout tags bb;\n";
 }
 
-std::vector<Found> areas_of(const std::string& body, const OverpassOptions& options, bool& point) {
+std::vector<NamedArea> areas_of(const std::string& body, const OverpassOptions& options, bool& point) {
   const auto damaged = [&] {
     const std::string logged = excerpt(body);
     return InputError(fmt::format("{} responded with something other than a list of places{}", options.url,
@@ -214,7 +214,7 @@ std::vector<Found> areas_of(const std::string& body, const OverpassOptions& opti
     throw InputError(fmt::format("{} aborted: {}", options.url, excerpt(answer["remark"].text())),
                      "allow more time, or give a box");
   }
-  std::vector<Found> points;
+  std::vector<NamedArea> points;
   for (const Json& element : answer["elements"]) {
     if (!element.is_object()) throw damaged();
     if (!element.contains("bounds")) {
@@ -226,7 +226,7 @@ std::vector<Found> areas_of(const std::string& body, const OverpassOptions& opti
       if (!bounds[key].is_number()) throw damaged();
       return bounds[key].get<double>();
     };
-    Found found;
+    NamedArea found;
     found.box = {number("minlon"), number("minlat"), number("maxlon"), number("maxlat")};
     if (found.box.west == found.box.east || found.box.south == found.box.north) {
       point = true;
@@ -312,7 +312,7 @@ LonLatBox find_named_area(const std::string& name, const OverpassOptions& option
   const std::string body = kept ? std::string(TextFile(file).text())
                                 : send_query(named_area_query(pieces, options.timeout_s), options);
   bool point = false;
-  const std::vector<Found> points = areas_of(body, options, point);
+  const std::vector<NamedArea> points = areas_of(body, options, point);
   if (points.empty()) {
     if (point) {
       throw InputError(fmt::format("the place '{}' is a point on the map, without bounds", name),
@@ -322,9 +322,10 @@ LonLatBox find_named_area(const std::string& name, const OverpassOptions& option
                      "write it as in the map, or give a box: west,south,east,north");
   }
   // A town and its boundary are several objects; the largest represents those inside it.
-  const auto largest = std::max_element(
-      points.begin(), points.end(), [](const Found& a, const Found& b) { return a.extent() < b.extent(); });
-  for (const Found& position : points) {
+  const auto largest =
+      std::max_element(points.begin(), points.end(),
+                       [](const NamedArea& a, const NamedArea& b) { return a.extent() < b.extent(); });
+  for (const NamedArea& position : points) {
     if (largest->holds(position.box)) continue;
     throw InputError(fmt::format("'{}' names several places that are far apart, {} and {} among {}", name,
                                  largest->name, position.name, points.size()),

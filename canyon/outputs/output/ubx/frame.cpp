@@ -19,12 +19,12 @@ std::string checksum(std::string_view bytes) {
 }
 
 /// A frame or line at the beginning of bytes, as searched by UbxParser.
-struct Found {
+struct FrameSearch {
   std::size_t length = 0;  ///< 0: incomplete
   bool good = false;       ///< else these bytes are skipped
 };
 
-Found find_frame(std::string_view bytes) {
+FrameSearch find_frame(std::string_view bytes) {
   if (bytes.size() < 2) return {};
   if (bytes[1] != kSync2) return {1, false};
   if (bytes.size() < 6) return {};
@@ -36,7 +36,7 @@ Found find_frame(std::string_view bytes) {
 }
 
 /// "$...*hh": `$`, printable characters, CR LF or LF.
-Found find_line(std::string_view bytes) {
+FrameSearch find_line(std::string_view bytes) {
   std::size_t end = 1;
   while (end < bytes.size() && bytes[end] >= 0x20 && bytes[end] <= 0x7E && end < UbxParser::kMaxLine) ++end;
   if (end == bytes.size() && end < UbxParser::kMaxLine) return {};
@@ -75,7 +75,7 @@ void UbxParser::receive(std::string_view bytes, const Handlers& handlers) {
       rest.remove_prefix(std::min(begin, rest.size()));
       if (rest.empty()) break;
       const bool is_frame = rest.front() == kSync1;
-      const Found found = is_frame ? find_frame(rest) : find_line(rest);
+      const FrameSearch found = is_frame ? find_frame(rest) : find_line(rest);
       if (found.length == 0) break;
       if (found.good && is_frame) {
         const auto id = static_cast<MessageId>(number_at(rest, 2, 1) << 8 | number_at(rest, 3, 1));

@@ -28,8 +28,8 @@ void for_each_mark(const std::uint8_t* marks, std::size_t count, const Visit& vi
 
 /// Keeps the first of duplicate reflections by the same planes in `found`, sorted by satellite and excess
 /// path. @param reach_m largest difference of duplicates' excess paths; @param same(kept, other)
-template <typename Found, typename Same>
-void drop_doubles(std::vector<Found>& found, double reach_m, const Same& same) {
+template <typename FoundItem, typename Same>
+void drop_doubles(std::vector<FoundItem>& found, double reach_m, const Same& same) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
     bool seen = false;
@@ -69,11 +69,11 @@ class ClearRays {
  public:
   /// Keeps those of `found`, in their order, whose ray hits nothing beyond `min_range_m`.
   /// @param make_ray returns the ray of one
-  template <typename Found, typename MakeRay>
-  void keep(const raytrace::RayScene& scene, std::vector<Found>& found, double min_range_m,
+  template <typename FoundItem, typename MakeRay>
+  void keep(const raytrace::RayScene& scene, std::vector<FoundItem>& found, double min_range_m,
             const MakeRay& make_ray) {
     rays_.clear();
-    for (const Found& f : found) rays_.push_back(make_ray(f));
+    for (const FoundItem& f : found) rays_.push_back(make_ray(f));
     const std::span<bool> blocked = blocked_.resize(rays_.size());
     scene.occluded(rays_, blocked, min_range_m);
     std::size_t kept = 0;

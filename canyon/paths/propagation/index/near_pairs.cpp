@@ -54,7 +54,7 @@ void NearBends::hold(const EdgeSet& set, const Vector3d& antenna, std::span<cons
   if (!stay_.begins(antenna, directions)) return;
   see(set, reach_m, clearance_m);
   if (found_.size() < directions.size()) found_.resize(directions.size());
-  for (Found& found : found_) found.max_excess_m = -1;
+  for (FoundPairs& found : found_) found.max_excess_m = -1;
 }
 
 /// The excess E of a path around an infinite edge is leg |e - s|^2 / 2, e the direction of the leg to it. It
@@ -84,7 +84,7 @@ void NearBends::see(const EdgeSet& set, double reach_m, double clearance_m) {
 }
 
 std::span<const std::uint32_t> NearBends::of(std::uint32_t satellite, double max_excess_m) {
-  Found& found = found_[satellite];
+  FoundPairs& found = found_[satellite];
   if (found.max_excess_m == max_excess_m) return found.edges;
   found.max_excess_m = max_excess_m;
   found.edges.clear();

@@ -58,16 +58,16 @@ class NearBends {
   [[nodiscard]] std::span<const std::uint32_t> of(std::uint32_t satellite, double max_excess_m);
 
  private:
-  struct Found {
+  struct FoundPairs {
     double max_excess_m = -1;
     std::vector<std::uint32_t> edges;
   };
   void see(const EdgeSet& set, double reach_m, double clearance_m);
 
   Stay stay_;
-  NearEdges near_;             ///< for all antennas within the stay
-  std::vector<float> root_m_;  ///< largest change of the root of an edge's excess [sqrt(m)]
-  std::vector<Found> found_;   ///< by satellite
+  NearEdges near_;                 ///< for all antennas within the stay
+  std::vector<float> root_m_;      ///< largest change of the root of an edge's excess [sqrt(m)]
+  std::vector<FoundPairs> found_;  ///< by satellite
 };
 
 }  // namespace canyon::propagation

@@ -59,9 +59,9 @@ class Stay {
 };
 
 /// Cache with one entry per antenna. An antenna that returns near its last position gets its entry back, on
-/// any thread. Results must not depend on the cache. Thread-safe. Memory: a `Kept` for each antenna of the
-/// last kMax requests that was near its last position twice in succession; nodes of a heat map have none.
-template <typename Kept>
+/// any thread. Results must not depend on the cache. Thread-safe. Memory: a `StoredEpoch` for each antenna of
+/// the last kMax requests that was near its last position twice in succession; nodes of a heat map have none.
+template <typename StoredEpoch>
 class AntennaCache {
  public:
   static constexpr std::uint64_t kMax = 1024;
@@ -69,7 +69,7 @@ class AntennaCache {
   /// Exclusive access to the entry of one antenna.
   class Lease {
    public:
-    Lease(const AntennaCache* cache, std::size_t entry, Kept* kept)
+    Lease(const AntennaCache* cache, std::size_t entry, StoredEpoch* kept)
         : cache_(cache), entry_(entry), kept_(kept) {}
     Lease(Lease&& other) noexcept
         : cache_(std::exchange(other.cache_, nullptr)), entry_(other.entry_), kept_(other.kept_) {}
@@ -80,12 +80,12 @@ class AntennaCache {
       cache_->entries_[entry_].taken = false;
     }
     /// Null: no recent antenna was near this one.
-    [[nodiscard]] Kept* get() const { return kept_; }
+    [[nodiscard]] StoredEpoch* get() const { return kept_; }
 
    private:
     const AntennaCache* cache_;
     std::size_t entry_;
-    Kept* kept_;
+    StoredEpoch* kept_;
   };
 
   /// The entry of the antenna with the nearest last position, within Stay::kAntennas.
@@ -115,7 +115,7 @@ class AntennaCache {
     entry.antenna = antenna;
     entry.request = requests_;
     entry.taken = true;
-    if (!again || !entry.kept) entry.kept.reset(again && entry.came_again ? new Kept : nullptr);
+    if (!again || !entry.kept) entry.kept.reset(again && entry.came_again ? new StoredEpoch : nullptr);
     entry.came_again = again;
     return {this, at, again ? entry.kept.get() : nullptr};
   }
@@ -125,7 +125,7 @@ class AntennaCache {
     Eigen::Vector3d antenna;
     std::uint64_t request = 0;  ///< number of the last request
     bool taken = false, came_again = false;
-    std::unique_ptr<Kept> kept;
+    std::unique_ptr<StoredEpoch> kept;
   };
   mutable std::mutex mutex_;
   mutable std::vector<Entry> entries_;

@@ -7,7 +7,7 @@
 namespace canyon::propagation {
 namespace {
 
-struct Kept {
+struct StoredValue {
   int number = 0;
 };
 
@@ -19,7 +19,7 @@ struct Counted {
 };
 
 TEST(AntennaCache, AntennasInTurnsHaveTheirOwn) {
-  const AntennaCache<Kept> cache;
+  const AntennaCache<StoredValue> cache;
   for (int i = 0; i < 100; ++i) EXPECT_EQ(cache.about({20.0 * i, 0, 2}).get(), nullptr);
   for (int i = 0; i < 100; ++i) EXPECT_EQ(cache.about({20.0 * i, 2, 2}).get(), nullptr);
   for (int i = 0; i < 100; ++i) {
@@ -31,7 +31,7 @@ TEST(AntennaCache, AntennasInTurnsHaveTheirOwn) {
 }
 
 TEST(AntennaCache, WhatIsTakenIsNotGivenAgain) {
-  const AntennaCache<Kept> cache;
+  const AntennaCache<StoredValue> cache;
   for (int i = 0; i < 2; ++i) (void)cache.about({0, 0, 0});
   const auto first = cache.about({1, 0, 0});
   ASSERT_NE(first.get(), nullptr);
@@ -42,7 +42,7 @@ TEST(AntennaCache, WhatIsTakenIsNotGivenAgain) {
 }
 
 TEST(AntennaCache, AntennasThatAreFarHaveNothing) {
-  const AntennaCache<Kept> cache;
+  const AntennaCache<StoredValue> cache;
   (void)cache.about({0, 0, 0});
   EXPECT_EQ(cache.about({5.1, 0, 0}).get(), nullptr);
   EXPECT_EQ(cache.about({0, 0, 0.6}).get(), nullptr);
@@ -63,9 +63,9 @@ TEST(AntennaCache, WhatIsKeptGoesWithItsPlace) {
 }
 
 TEST(AntennaCache, OldPlacesAreForgotten) {
-  const AntennaCache<Kept> cache;
+  const AntennaCache<StoredValue> cache;
   (void)cache.about({-20, 0, 0});
-  for (std::uint64_t i = 0; i <= AntennaCache<Kept>::kMax; ++i)
+  for (std::uint64_t i = 0; i <= AntennaCache<StoredValue>::kMax; ++i)
     (void)cache.about({20.0 * static_cast<double>(i), 0, 0});
   EXPECT_EQ(cache.about({-20, 0, 0}).get(), nullptr);
 }

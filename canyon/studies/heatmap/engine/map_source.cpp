@@ -18,11 +18,11 @@
 namespace canyon::heatmap {
 
 MapSource::Slices store_slices(const Heatmap& heatmap, const TileStore& store) {
-  struct Kept {
+  struct StoredTile {
     std::size_t unit = 0;
     std::optional<TileValues> values;
   };
-  const auto last = std::make_shared<Kept>();
+  const auto last = std::make_shared<StoredTile>();
   return [&heatmap, &store, last](std::size_t tile, std::size_t time) -> std::optional<MapSource::Slice> {
     const std::size_t i = heatmap.unit_of(tile, time);
     if (!last->values || last->unit != i) *last = {i, store.load(i)};

@@ -60,7 +60,7 @@ struct MapSample {
 /// Reads values of a finished map at points: from a file, or in memory.
 class MapReader {
  public:
-  struct About {
+  struct MapInfo {
     Grid grid;
     geodesy::LocalFrame frame;
     std::vector<geodesy::GpsTime> times;
@@ -71,7 +71,7 @@ class MapReader {
   };
   virtual ~MapReader() = default;
 
-  [[nodiscard]] virtual const About& about() const = 0;
+  [[nodiscard]] virtual const MapInfo& about() const = 0;
   [[nodiscard]] const Grid& grid() const { return about().grid; }
   [[nodiscard]] const geodesy::LocalFrame& frame() const { return about().frame; }
   [[nodiscard]] const std::vector<geodesy::GpsTime>& times() const { return about().times; }

@@ -56,7 +56,7 @@ std::optional<std::size_t> nearest_time(const std::vector<geodesy::GpsTime>& tim
 
 }  // namespace
 
-struct StoredMap::Impl : About {
+struct StoredMap::Impl : MapInfo {
   explicit Impl(const std::filesystem::path& path) : file(NetcdfFile::open(path)) {}
 
   [[noreturn]] void refuse(const std::string& what) const {
@@ -230,7 +230,7 @@ StoredMap::StoredMap(const std::filesystem::path& netcdf) : impl_(std::make_uniq
 StoredMap::~StoredMap() = default;
 StoredMap::StoredMap(StoredMap&&) noexcept = default;
 
-const MapReader::About& StoredMap::about() const {
+const MapReader::MapInfo& StoredMap::about() const {
   return *impl_;
 }
 

@@ -21,7 +21,7 @@ class StoredMap final : public MapReader {
   ~StoredMap() override;
   StoredMap(StoredMap&&) noexcept;
 
-  [[nodiscard]] const About& about() const override;
+  [[nodiscard]] const MapInfo& about() const override;
   /// Throws InputError for a damaged tile.
   [[nodiscard]] std::optional<MapSample> at(const Eigen::Vector2d& enu, double altitude_m,
                                             geodesy::GpsTime time) const override;
