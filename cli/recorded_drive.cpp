@@ -215,7 +215,7 @@ void RecordedDrive::check() {
     scenario_.trajectory = {};
     scenario_.trajectory.waypoints = {parse_position(arguments_.truth, "--truth")};
   }
-  validation::settle_truth(scenario_, recorded_, prefix_ + "--truth");
+  validation::resolve_truth(scenario_, recorded_, prefix_ + "--truth");
   check_trajectory_format(recorded_.truth_format);
   if (recorded_.split && !recorded_.align && arguments_.part.empty()) {
     throw InputError(prefix_ + "--split without --align: there is nothing to align",

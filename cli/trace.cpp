@@ -125,17 +125,18 @@ struct Look {
 };
 
 /// @param row of the path's satellite; the path is added
-Json path_json(const Look& look, const propagation::SatelliteView& view, const propagation::Path& path,
+Json path_json(const Look& look_angles, const propagation::SatelliteView& view, const propagation::Path& path,
                const std::vector<SentSignal>& sent, output::Row& row) {
   using propagation::PathKind;
   row.path = &path;
   row.amplitude = 0;
   Json json = Json::object();
-  if (look.signal.enabled) {
-    row.amplitude = amplitude(path, view.line, view.line.state.carrier_frequency_hz, look.signal);
+  if (look_angles.signal.enabled) {
+    row.amplitude = amplitude(path, view.line, view.line.state.carrier_frequency_hz, look_angles.signal);
     Json& signal_entries = json["signal_loss_db"] = Json::object();
     for (const SentSignal& s : sent)
-      signal_entries[std::string(s.signal->name)] = loss_db(path, view.line, s.carrier_hz, look.signal);
+      signal_entries[std::string(s.signal->name)] =
+          loss_db(path, view.line, s.carrier_hz, look_angles.signal);
   }
   put_columns(json, output::TableKind::Paths, row, "kind", {});
   if (path.foliage_depth_m > 0) json["foliage_depth_m"] = path.foliage_depth_m;
@@ -155,11 +156,11 @@ Json path_json(const Look& look, const propagation::SatelliteView& view, const p
   return json;
 }
 
-Json satellite_json(const Look& look, const propagation::SatelliteView& view,
+Json satellite_json(const Look& look_angles, const propagation::SatelliteView& view,
                     const tracking::ChannelModel& model) {
   simulation::Epoch nothing;  // the columns of satellites and paths need only its time
-  nothing.observed.time = look.time;
-  const std::vector<SentSignal> sent = sent_signals(view.line, look.time, look.receiver);
+  nothing.observed.time = look_angles.time;
+  const std::vector<SentSignal> sent = sent_signals(view.line, look_angles.time, look_angles.receiver);
   const receiver::SatelliteObservation seen = observation_of(view);
   output::Row row{nothing, &seen, &seen};
   Json json{{"range_m", view.line.range_m}, {"signals", Json::array()}, {"paths", Json::array()}};
@@ -168,47 +169,49 @@ Json satellite_json(const Look& look, const propagation::SatelliteView& view,
     Json one{{"signal", std::string(s.signal->name)},
              {"rinex_code", std::string(s.signal->code)},
              {"carrier_hz", s.carrier_hz}};
-    if (look.signal.enabled) {
-      one["clear_cn0_dbhz"] = model.clear_cn0_dbhz(*s.signal, view.line.elevation_rad,
-                                                   model.offset_db(view.line.id, *s.signal, look.time));
+    if (look_angles.signal.enabled) {
+      one["clear_cn0_dbhz"] = model.clear_cn0_dbhz(
+          *s.signal, view.line.elevation_rad, model.offset_db(view.line.id, *s.signal, look_angles.time));
     }
     json["signals"].push_back(std::move(one));
   }
   for (const propagation::Path& path : view.paths.paths)
-    json["paths"].push_back(path_json(look, view, path, sent, row));
+    json["paths"].push_back(path_json(look_angles, view, path, sent, row));
   return json;
 }
 
-void print_json(const Look& look) {
-  Json out{{"time_gpst", geodesy::format_gpst(look.time)},
-           {"latitude_deg", geodesy::degrees(look.position.latitude_rad)},
-           {"longitude_deg", geodesy::degrees(look.position.longitude_rad)},
-           {"height_m", look.position.height_m},
-           {"enu_m", numbers(look.antenna)},
-           {"placement", std::string(output::containment_word(look.arrival.containment))},
+void print_json(const Look& look_angles) {
+  Json out{{"time_gpst", geodesy::format_gpst(look_angles.time)},
+           {"latitude_deg", geodesy::degrees(look_angles.position.latitude_rad)},
+           {"longitude_deg", geodesy::degrees(look_angles.position.longitude_rad)},
+           {"height_m", look_angles.position.height_m},
+           {"enu_m", numbers(look_angles.antenna)},
+           {"placement", std::string(output::containment_word(look_angles.arrival.containment))},
            {"report", printed_reports()},
            {"satellites", Json::array()}};
-  const tracking::ChannelModel model(look.signal, look.site.simulation().scenario().seed, look.receiver.name);
-  for (const propagation::SatelliteView& view : look.arrival.views)
-    out["satellites"].push_back(satellite_json(look, view, model));
+  const tracking::ChannelModel model(look_angles.signal, look_angles.site.simulation().scenario().seed,
+                                     look_angles.receiver.name);
+  for (const propagation::SatelliteView& view : look_angles.arrival.views)
+    out["satellites"].push_back(satellite_json(look_angles, view, model));
   fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
 }
 
 /// One number per path, or with `tracks` one for each signal.
-std::string loss_text(const Look& look, const propagation::Path& path, const orbit::LineOfSight& line) {
-  if (look.receiver.tracks.empty())
-    return fmt::format("{:.1f}", loss_db(path, line, line.state.carrier_frequency_hz, look.signal));
+std::string loss_text(const Look& look_angles, const propagation::Path& path,
+                      const orbit::LineOfSight& line) {
+  if (look_angles.receiver.tracks.empty())
+    return fmt::format("{:.1f}", loss_db(path, line, line.state.carrier_frequency_hz, look_angles.signal));
   std::string text;
-  for (const SentSignal& s : sent_signals(line, look.time, look.receiver)) {
+  for (const SentSignal& s : sent_signals(line, look_angles.time, look_angles.receiver)) {
     text += fmt::format("{}{} {:.1f}", text.empty() ? "" : ", ", s.signal->name,
-                        loss_db(path, line, s.carrier_hz, look.signal));
+                        loss_db(path, line, s.carrier_hz, look_angles.signal));
   }
   return text;
 }
 
 /// A line for each path of a satellite, and one for each earlier reflection of the path.
-void add_rows(const Look& look, const propagation::SatelliteView& view, std::vector<TextRow>& rows) {
-  const bool strength = look.signal.enabled;
+void add_rows(const Look& look_angles, const propagation::SatelliteView& view, std::vector<TextRow>& rows) {
+  const bool strength = look_angles.signal.enabled;
   TextRow row{gnss::to_string(view.line.id), angle(view.line.azimuth_rad), angle(view.line.elevation_rad),
               std::string(propagation::name(view.paths.visibility))};
   if (view.paths.paths.empty()) {
@@ -218,7 +221,7 @@ void add_rows(const Look& look, const propagation::SatelliteView& view, std::vec
   for (const propagation::Path& path : view.paths.paths) {
     TextRow& line = rows.emplace_back(std::exchange(row, {"", "", "", ""}));
     line.insert(line.end(), {kind_text(path), fmt::format("{:.2f}", path.excess_m)});
-    if (strength) line.push_back(loss_text(look, path, view.line));
+    if (strength) line.push_back(loss_text(look_angles, path, view.line));
     line.push_back(path.kind == propagation::PathKind::Direct ? "-" : triple(path.point));
     line.push_back(path.kind == propagation::PathKind::Reflected ? angle(path.incidence_rad()) : "-");
     if (path.order != 2) continue;
@@ -230,20 +233,21 @@ void add_rows(const Look& look, const propagation::SatelliteView& view, std::vec
 
 int run_trace(const TraceArguments& arguments) {
   const Site site(arguments.site);
-  const Look look(site);
+  const Look look_angles(site);
   if (arguments.json) {
-    print_json(look);
+    print_json(look_angles);
     return kOk;
   }
   fmt::print("{} at {:.7f}, {:.7f}, {:.2f} m (east {:.2f}, north {:.2f}, up {:.2f} m), {}\n\n",
-             geodesy::format_gpst(look.time), geodesy::degrees(look.position.latitude_rad),
-             geodesy::degrees(look.position.longitude_rad), look.position.height_m, look.antenna.x(),
-             look.antenna.y(), look.antenna.z(), output::containment_word(look.arrival.containment));
+             geodesy::format_gpst(look_angles.time), geodesy::degrees(look_angles.position.latitude_rad),
+             geodesy::degrees(look_angles.position.longitude_rad), look_angles.position.height_m,
+             look_angles.antenna.x(), look_angles.antenna.y(), look_angles.antenna.z(),
+             output::containment_word(look_angles.arrival.containment));
   TextRow head{"sat", "azimuth [deg]", "elevation [deg]", "visibility", "path", "excess [m]"};
-  if (look.signal.enabled) head.emplace_back("loss [dB]");
+  if (look_angles.signal.enabled) head.emplace_back("loss [dB]");
   head.insert(head.end(), {"point (ENU) [m]", "incidence [deg]"});
   std::vector<TextRow> rows;
-  for (const propagation::SatelliteView& view : look.arrival.views) add_rows(look, view, rows);
+  for (const propagation::SatelliteView& view : look_angles.arrival.views) add_rows(look_angles, view, rows);
   print_table(head, rows);
   return kOk;
 }

@@ -82,7 +82,7 @@ struct RosLink::State {
   void run() {
     std::unique_lock in_use(ros_in_use(), std::defer_lock);
     for (;;) {
-      if (in_use.owns_lock() || in_use.try_lock_for(100ms)) look();
+      if (in_use.owns_lock() || in_use.try_lock_for(100ms)) find_topics();
       std::unique_lock lock(mutex);
       if (in_use.owns_lock()) changed.wait_for(lock, kLookEvery, [this] { return stop || news; });
       if (stop) break;
@@ -90,7 +90,7 @@ struct RosLink::State {
     if (in_use.owns_lock()) leave();
   }
 
-  void look() {
+  void find_topics() {
     drop_leaving();
     if (shut_down) return;
     if (node && !ros::ok()) {  // rosnode kill, or gazebo_ros ended

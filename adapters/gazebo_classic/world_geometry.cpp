@@ -48,7 +48,7 @@ class GazeboWorld final : public live::HostWorld {
     on_reset_ = gazebo::event::Events::ConnectWorldReset([this] { due_ = true; });
   }
 
-  bool went_on() override { return due_.exchange(false) && world_.lock(); }
+  bool has_advanced() override { return due_.exchange(false) && world_.lock(); }
 
   void models(std::vector<Id>& ids) override {
     models_.clear();

@@ -250,9 +250,9 @@ struct GnssWorld::Impl {
     }
   }
 
-  void look(const Ecm& ecm) {
+  void find_sensors(const Ecm& ecm) {
     for (auto& [entity, receiver] : receivers)
-      if (receiver.scene) dynamic_cast<GzHostWorld&>(receiver.scene->world()).look(ecm);
+      if (receiver.scene) dynamic_cast<GzHostWorld&>(receiver.scene->world()).find_sensors(ecm);
   }
 
   void wait() {
@@ -358,7 +358,7 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
     });
   }
   if (impl_->receivers.empty()) return;
-  impl_->look(ecm);
+  impl_->find_sensors(ecm);
   impl_->follow_origin(ecm);
   const std::int64_t now_ns = nanoseconds(info.simTime);
   if (impl_->idle())
@@ -380,7 +380,7 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
       receiver->scene = live::WorldScene::of(
           impl_.get(), options, [&options] { return std::make_unique<GzHostWorld>(options.visual); });
       hosted.set_scene(receiver->scene, receiver->vehicle_model);
-      impl_->look(ecm);
+      impl_->find_sensors(ecm);
     }
     hosted.begin(now_ns, [&](std::string& reason) { return impl_->truth(*receiver, now_ns, ecm, reason); });
   }

@@ -36,7 +36,7 @@ std::optional<live::HostOrigin> origin_of(const gz::sim::EntityComponentManager&
       at->HeadingOffset().Radian()};
 }
 
-void GzHostWorld::look(const gz::sim::EntityComponentManager& ecm) {
+void GzHostWorld::update_models(const gz::sim::EntityComponentManager& ecm) {
   ecm_ = &ecm;
   went_on_ = true;
   if (ecm.HasNewEntities() || ecm.HasEntitiesMarkedForRemoval()) changed_ = models_changed_ = true;

@@ -25,9 +25,9 @@ class GzHostWorld final : public live::HostWorld {
 
   /// Call it in each step with the present world: it records the entities to be checked. `ecm` is read until
   /// the next call.
-  void look(const gz::sim::EntityComponentManager& ecm);
+  void update_models(const gz::sim::EntityComponentManager& ecm);
 
-  bool went_on() override { return std::exchange(went_on_, false); }
+  bool has_advanced() override { return std::exchange(went_on_, false); }
   bool statics_may_have_moved() override { return std::exchange(changed_, false); }
   void models(std::vector<Id>& ids) override;
   std::string name(Id model) override;

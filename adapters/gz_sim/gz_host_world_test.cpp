@@ -30,7 +30,7 @@ class GzHostWorldTest : public testing::Test {
     scene_ =
         std::make_unique<live::WorldScene>(std::move(world), live::WorldScene::Options{"street", visual, {}});
     server_->hands->watch = [this, host](const test::Hands::Ecm& ecm) {
-      host->look(ecm);
+      host->update_models(ecm);
       scene_->update({});
     };
     server_->step(2);

@@ -34,7 +34,7 @@ NodeTruth::NodeTruth(const NodeSettings& settings, const city::City& city, Drive
     : drive_(std::move(drive)), poses_(source_name(settings.pose_source), settings.pose_timeout_s) {
   if (settings.pose_source == PoseSource::Fixed) {
     simulation::FixedPosition position = *settings.live.receiver().fixed;
-    position.settle(city.frame);
+    position.resolve(city.frame);
     fixed_ = simulation::Pose{{}, position.position};
   }
   if (settings.map_projector) {

@@ -201,7 +201,7 @@ void OutputFile::commit() {
   temporary_.rename_to_target();
 }
 
-const fs::path& OutputFile::hand_over() const {
+const fs::path& OutputFile::external_path() const {
   ::flock(::fileno(file_), LOCK_UN);
   return temporary_.temporary_path();
 }

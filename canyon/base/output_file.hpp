@@ -81,7 +81,7 @@ class OutputFile {
 
   [[nodiscard]] const std::filesystem::path& path() const { return temporary_.path(); }
   /// The temporary file before commit(), for libraries that open a name themselves. They may lock it.
-  [[nodiscard]] const std::filesystem::path& hand_over() const;
+  [[nodiscard]] const std::filesystem::path& external_path() const;
 
  private:
   [[noreturn]] void fail(std::string_view what);

@@ -24,7 +24,7 @@ TEST(OutputFile, AppearsAtCommitOnly) {
   file.write("one ");
   file.write("two");
   EXPECT_FALSE(std::filesystem::exists(folder / "a.txt"));
-  EXPECT_TRUE(std::filesystem::exists(file.hand_over()));
+  EXPECT_TRUE(std::filesystem::exists(file.external_path()));
   file.commit();
   EXPECT_EQ(test::read_bytes(folder / "a.txt"), "one two");
   EXPECT_TRUE(std::filesystem::equivalent(file.path(), folder / "a.txt"));
@@ -40,7 +40,7 @@ TEST(OutputFile, WithoutCommitTheOlderFileStays) {
   std::filesystem::path temporary;
   {
     OutputFile file(folder / "a.txt");
-    temporary = file.hand_over();
+    temporary = file.external_path();
     file.write("new");
   }
   EXPECT_EQ(test::read_bytes(folder / "a.txt"), "old");
@@ -168,7 +168,7 @@ TEST(OutputFile, WhatKilledProcessesLeftGoesAndWhatOthersHoldStays) {
 TEST(OutputFile, ItsTemporaryNameIsNotForeseen) {
   const test::TemporaryFolder folder;
   const OutputFile one(folder / "a.txt"), two(folder / "a.txt");
-  EXPECT_NE(one.hand_over(), two.hand_over());
+  EXPECT_NE(one.external_path(), two.external_path());
   EXPECT_EQ(names_in(folder.path()).size(), 2U);
 }
 

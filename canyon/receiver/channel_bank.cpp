@@ -84,7 +84,7 @@ std::optional<Tracked> ChannelBank::track(const tracking::AntennaMotion& motion,
   }
   tracking::Channel& channel = channel_of(motion, view.line.id, *observation.signal);
   Tracked tracked{&channel, {}};
-  tracked.reception = free ? channel.receive(*signals_, motion, view) : channel.miss(motion.time);
+  tracked.reception = free ? channel.receive(*signals_, motion, view) : channel.receive_nothing(motion.time);
   observation.lock = tracked.reception.lock;
   observation.cn0_dbhz = tracked.reception.cn0_dbhz;
   if (free && !view.paths.paths.empty()) {
@@ -144,12 +144,13 @@ Followed ChannelBank::follow(const tracking::AntennaMotion& motion, const propag
   return followed;
 }
 
-void ChannelBank::miss_all_but(const std::vector<SatelliteObservation>& satellites, geodesy::GpsTime now) {
+void ChannelBank::drop_channels_except(const std::vector<SatelliteObservation>& satellites,
+                                       geodesy::GpsTime now) {
   auto seen = satellites.begin();
   for (auto& [id, satellite_value] : channels_) {
     while (seen != satellites.end() && seen->id < id) ++seen;
     if (seen != satellites.end() && seen->id == id) continue;
-    for (tracking::Channel& channel : satellite_value) channel.miss(now);
+    for (tracking::Channel& channel : satellite_value) channel.receive_nothing(now);
   }
 }
 

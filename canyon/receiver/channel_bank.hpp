@@ -133,7 +133,7 @@ class ChannelBank {
   [[nodiscard]] Followed follow(const tracking::AntennaMotion& motion, const propagation::Arrival& arrival,
                                 ReceiverEpoch& epoch);
   /// Processes an epoch without signal in the channels of all satellites not in `satellites` (ascending).
-  void miss_all_but(const std::vector<SatelliteObservation>& satellites, geodesy::GpsTime now);
+  void drop_channels_except(const std::vector<SatelliteObservation>& satellites, geodesy::GpsTime now);
   /// Errors of a tracked signal's loops at an epoch.
   [[nodiscard]] tracking::LoopErrors sample(const Tracked& tracked, geodesy::GpsTime now);
   /// Whether a satellite's ephemeris is known; call once per epoch for each.

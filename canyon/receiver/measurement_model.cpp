@@ -107,8 +107,8 @@ positioning::Measurement MeasurementModel::measure(const Instant& at, const prop
                    &at.motion,
                    air ? &at.before : nullptr,
                    air ? &at.after : nullptr,
-                   {air ? at.before.look(line) : geodesy::AzimuthElevation(),
-                    air ? at.after.look(line) : geodesy::AzimuthElevation()}};
+                   {air ? at.before.look_angles(line) : geodesy::AzimuthElevation(),
+                    air ? at.after.look_angles(line) : geodesy::AzimuthElevation()}};
   const CodeAndCarrier range = signal_range(state, observation.terms_m);
   observation.pseudorange_error_m =
       observation.excess_m + observation.noise_m + uncorrected_m(state, observation.terms_m);

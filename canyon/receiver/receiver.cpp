@@ -186,7 +186,7 @@ struct Receiver::State {
     const Solvable measured = measure(at, followed, epoch);
     std::sort(epoch.satellites.begin(), epoch.satellites.end(),
               [](const SatelliteObservation& a, const SatelliteObservation& b) { return a.id < b.id; });
-    channels.miss_all_but(epoch.satellites, at.time);
+    channels.drop_channels_except(epoch.satellites, at.time);
     if (context.arrival.containment == raytrace::Containment::Free)
       epoch.fix = solver.solve(epoch.receiver_time, measured, sky, context.klobuchar);
     else

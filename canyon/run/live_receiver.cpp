@@ -380,11 +380,11 @@ const Environment& LiveReceiver::environment() const {
   return impl_->environment;
 }
 
-void LiveReceiver::give(std::shared_ptr<const relative::Corrections> corrections) {
+void LiveReceiver::set_corrections(std::shared_ptr<const relative::Corrections> corrections) {
   impl_->corrections = std::move(corrections);
 }
 
-LiveReceiver::Step LiveReceiver::lose(GpsTime time) {
+LiveReceiver::Step LiveReceiver::observe_without_pose(GpsTime time) {
   Impl& impl = *impl_;
   const geodesy::LocalFrame& frame = impl.scene->city.frame;
   Pose truth = impl.last_truth.value_or(Pose{});

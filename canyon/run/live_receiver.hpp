@@ -95,11 +95,11 @@ class LiveReceiver {
   [[nodiscard]] Step observe(double seconds, const RigidPose& antenna);
 
   /// Sets corrections that arrived since the last step, from a receiver or a stream, for the next step.
-  void give(std::shared_ptr<const relative::Corrections> corrections);
+  void set_corrections(std::shared_ptr<const relative::Corrections> corrections);
 
   /// Computes one epoch of an antenna at an unknown position: no signal, no fix; placement is Unknown, the
   /// true position NaN.
-  [[nodiscard]] Step lose(geodesy::GpsTime time);
+  [[nodiscard]] Step observe_without_pose(geodesy::GpsTime time);
 
   /// Restarts as constructed; faults are those of config() again.
   void restart();

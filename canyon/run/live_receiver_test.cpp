@@ -208,7 +208,7 @@ TEST(LiveReceiver, TakesNoVehicleForAJump) {
   };
   for (int k = 0; k < 5; ++k) step(0.1, {0, 0, 0});
   for (int k = 0; k < 20; ++k) step(0.1, {k == 0 ? 3.0 : k % 2 == 0 ? 6.0 : -6.0, 10, 0});
-  (void)live.lose(live.at(t + 60));
+  (void)live.observe_without_pose(live.at(t + 60));
   step(61, {1500, 0, 0});
   for (int k = 0; k < 5; ++k) step(1, {0, 30, 0});
   EXPECT_TRUE(live.take_warnings().empty());

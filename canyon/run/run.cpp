@@ -15,7 +15,7 @@ Run::Run(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
     : configs_(config.receivers), seed_(config.seed) {
   if (!scene) throw InputError("a run needs a scene");
   for (ReceiverConfig& receiver : configs_)
-    if (receiver.fixed) receiver.fixed->settle(scene->city.frame);
+    if (receiver.fixed) receiver.fixed->resolve(scene->city.frame);
   // Else the base of its one receiver is in another run.
   if (!config.bases_elsewhere || config.base() != nullptr) links_ = {configs_, seed_};
   order_.resize(configs_.size());
@@ -52,10 +52,10 @@ std::vector<LiveReceiver::Step> Run::make(std::span<const Due> due, bool paralle
     const Due& of = due[i];
     LiveReceiver& receiver = receivers_[of.receiver];
     if (of.corrections) came = of.corrections;
-    if (came) receiver.give(std::move(came));
+    if (came) receiver.set_corrections(std::move(came));
     EpochInputs inputs = of.inputs;
     if (configs_[of.receiver].fixed) inputs.continuous = true;
-    steps[i] = of.antenna ? receiver.observe(*of.antenna, inputs) : receiver.lose(of.time);
+    steps[i] = of.antenna ? receiver.observe(*of.antenna, inputs) : receiver.observe_without_pose(of.time);
     steps[i].epoch.receiver = of.receiver;
     steps[i].epoch.arrival = &steps[i].arrival;
     return &steps[i].epoch;

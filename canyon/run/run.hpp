@@ -19,7 +19,7 @@ namespace canyon::simulation {
 class Run {
  public:
   /// A receiver for each of `config.receivers`; other parameters as LiveReceiver(). Throws as LiveReceiver()
-  /// and check_corrections(); resolves fixed positions by FixedPosition::settle().
+  /// and check_corrections(); resolves fixed positions by FixedPosition::resolve().
   Run(LiveConfig config, std::shared_ptr<CityScene> scene, geodesy::GpsTime start,
       std::shared_ptr<const BuiltSky> sky = nullptr, std::shared_ptr<const disturbance::Road> road = nullptr);
 
@@ -38,7 +38,8 @@ class Run {
   struct Due {
     std::size_t receiver = 0;
     geodesy::GpsTime time;
-    std::optional<Pose> antenna = {};  ///< at `time`; empty: there is no truth (LiveReceiver::lose())
+    std::optional<Pose> antenna =
+        {};  ///< at `time`; empty: there is no truth (LiveReceiver::observe_without_pose())
     EpochInputs inputs = {};
     /// Corrections from outside, instead of those of a receiver of this run; null: none.
     std::shared_ptr<const relative::Corrections> corrections = nullptr;

@@ -83,7 +83,7 @@ struct Simulation::Impl {
     report.append(sky->report);
     decide_receivers();
     log(check_run({scenario, plan, *sky, environment}));
-    if (scenario.sensors.feel_motion()) log(smooth_motion(scenario, plan, environment));
+    if (scenario.sensors.needs_smooth_motion()) log(smooth_motion(scenario, plan, environment));
     log(check_slopes({scenario, plan, *sky, environment}));
     for (const ReceiverConfig& receiver : scenario.receivers)
       propagators.push_back(environment.make_propagator(receiver.propagation));
@@ -204,7 +204,7 @@ Simulation::Simulation(Scenario scenario, std::shared_ptr<CityScene> scene, cons
   scenario.trajectory.local_waypoints.clear();
   put_on_terrain(scenario, *scene);
   for (ReceiverConfig& receiver : scenario.receivers)
-    if (receiver.fixed) receiver.fixed->settle(city.frame);
+    if (receiver.fixed) receiver.fixed->resolve(city.frame);
   RunPlan plan = make_plan(scenario, city.geoid_undulation_m);
   check_city(scenario, city);
   impl_ = std::make_unique<Impl>(std::move(scenario), std::move(scene), std::move(plan), sky);

@@ -319,13 +319,13 @@ const SystemKlobuchar& klobuchar_of(const std::map<gnss::System, gnss::Klobuchar
 double atmosphere_m(bool ionosphere, bool troposphere,
                     const std::map<gnss::System, gnss::Klobuchar>& klobuchar, gnss::System system,
                     double carrier_frequency_hz, geodesy::GpsTime time, const geodesy::Geodetic& position,
-                    const geodesy::AzimuthElevation& look) {
+                    const geodesy::AzimuthElevation& look_angles) {
   double delay_m = 0;
   if (ionosphere) {
-    delay_m += klobuchar_delay_m(klobuchar_of(klobuchar, system), time, position, look.azimuth_rad,
-                                 look.elevation_rad, carrier_frequency_hz);
+    delay_m += klobuchar_delay_m(klobuchar_of(klobuchar, system), time, position, look_angles.azimuth_rad,
+                                 look_angles.elevation_rad, carrier_frequency_hz);
   }
-  if (troposphere) delay_m += saastamoinen_delay_m(position, look.elevation_rad);
+  if (troposphere) delay_m += saastamoinen_delay_m(position, look_angles.elevation_rad);
   return delay_m;
 }
 

@@ -55,7 +55,8 @@ using SystemKlobuchar = std::map<gnss::System, gnss::Klobuchar>::value_type;
 [[nodiscard]] double atmosphere_m(bool ionosphere, bool troposphere,
                                   const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
                                   gnss::System system, double carrier_frequency_hz, geodesy::GpsTime time,
-                                  const geodesy::Geodetic& position, const geodesy::AzimuthElevation& look);
+                                  const geodesy::Geodetic& position,
+                                  const geodesy::AzimuthElevation& look_angles);
 
 // Range errors that no receiver knows: of broadcast orbits and clocks, and of the models by which receivers
 // correct the atmosphere. docs/errors.md has the budget.

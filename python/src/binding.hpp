@@ -43,7 +43,7 @@ class Signals {
   /// True: a handler raised an exception, which throw_pending() raises. Takes the GIL if it must check.
   bool interrupted();
   /// Throws Stopped if interrupted().
-  void look() {
+  void compute_look_angles() {
     if (interrupted()) throw Stopped{};
   }
   /// True if KeyboardInterrupt (or a class derived from it) was raised; anything else is thrown.

@@ -42,7 +42,7 @@ class Live {
     const py::gil_scoped_release release;
     return make(simulation::pose_of(body, {scene_->city.frame}, receiver().at(seconds)), seconds, paths);
   }
-  EpochPtr lose(double seconds) {
+  EpochPtr observe_without_pose(double seconds) {
     const py::gil_scoped_release release;
     return make(std::nullopt, seconds, false);
   }
@@ -140,7 +140,7 @@ Examples
 `position` is the antenna's, east, north, up [m] of the city, `velocity` likewise [m/s], `yaw` [rad] from
 east counter-clockwise, `yaw_rate` [rad/s]. A time before the last one begins anew; a place that no vehicle
 gets to in one step restarts the receiver hot, with a warning.)")
-      .def("lose", &Live::lose, "seconds"_a,
+      .def("lose", &Live::observe_without_pose, "seconds"_a,
            "One epoch of an antenna without a known position: no signal, no fix.")
       .def(
           "restart", [](Live& self) { self.receiver().restart(); }, "As constructed.")

@@ -33,7 +33,7 @@ class Recorded {
     files.obs = obs;
     files.truth = truth;
     files.truth_format = truth_format;
-    validation::settle_truth(scenario_, files, "truth");
+    validation::resolve_truth(scenario_, files, "truth");
     {
       const py::gil_scoped_release release;
       scene_ = validation::read_recorded_scene(scenario_, files, atmosphere);
@@ -56,7 +56,7 @@ class Recorded {
     options.threads = threads;
     options.seed = scenario_.seed;
     const std::string text = interruptible([&](Signals& signals) {
-      options.progress = [&](std::size_t, std::size_t) { signals.look(); };
+      options.progress = [&](std::size_t, std::size_t) { signals.compute_look_angles(); };
       const validation::CityAlignment found =
           validation::align(scene_.recording, *scene_.environment,
                             scenario_.receivers.front().options.fix.elevation_mask_rad, 0, count, options);
@@ -79,7 +79,7 @@ class Recorded {
       std::vector<validation::NeverTracked> never;
       validation::CompareOptions options;
       options.threads = threads;
-      options.progress = [&](std::size_t, std::size_t) { signals.look(); };
+      options.progress = [&](std::size_t, std::size_t) { signals.compute_look_angles(); };
       for (const validation::Model& model : models) {
         options.name = model.name;
         const auto compare = [&] {
@@ -153,7 +153,7 @@ py::dict calibrate(const std::vector<Recorded*>& recordings, double from, double
   options.seeds = seeds;
   options.threads = threads;
   const calibration::Calibration result = interruptible([&](Signals& signals) {
-    options.progress = [&](const std::string&, std::size_t, std::size_t) { signals.look(); };
+    options.progress = [&](const std::string&, std::size_t, std::size_t) { signals.compute_look_angles(); };
     return calibration::calibrate(drives, options);
   });
   simulation::ReceiverConfig receiver = drives.front().receiver;

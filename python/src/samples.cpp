@@ -30,16 +30,16 @@ class Pieces final : public simulation::EpochSink {
     generator_.next(epoch, [this](const samples::SampleBlock& block, std::size_t count) {
       for (std::size_t n = 0; n < count; ++n) {
         piece_.emplace_back(block.re[n], real_ ? 0 : block.im[n]);
-        if (piece_.size() == size_) hand_over();
+        if (piece_.size() == size_) enqueue();
       }
     });
   }
   void finish() override {
-    if (!piece_.empty()) hand_over();
+    if (!piece_.empty()) enqueue();
   }
 
  private:
-  void hand_over() {
+  void enqueue() {
     push_(std::exchange(piece_, {}));
     piece_.reserve(size_);
   }

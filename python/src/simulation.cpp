@@ -173,7 +173,7 @@ py::dict sensor_arrays(const SimulationPtr& simulation, const std::string& senso
   (void)interruptible([&](Signals& signals) {
     simulation::SensorRun run = simulation->sensors();
     for (std::size_t k = 0; k < simulation->epoch_count(); ++k) {
-      signals.look();
+      signals.compute_look_angles();
       samples.add(run.until(simulation->begin() + static_cast<double>(k) * simulation->interval_s()));
     }
     return true;

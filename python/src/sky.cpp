@@ -12,7 +12,7 @@ std::vector<std::string> names_of(const std::vector<gnss::SatelliteId>& ids) {
 }
 
 /// Azimuth, elevation, range and position of every satellite at every time, from one position.
-py::dict look(const SkyHandle& self, const py::object& when, const py::object& where) {
+py::dict compute_look_angles(const SkyHandle& self, const py::object& when, const py::object& where) {
   const std::vector<geodesy::GpsTime> times = times_of(when);
   const orbit::Observer observer(geodesy::ecef_from_geodetic(position_of(where, "the place")));
   const std::size_t n = times.size() * self.satellites.size();
@@ -102,7 +102,8 @@ True)")
       .def_property_readonly(
           "warnings", [](const SkyHandle& self) { return self.built.report.warnings(); },
           "list of str: Stale ephemerides and similar warnings.")
-      .def("look", &look, "times"_a, "place"_a, R"(Where all satellites stand, above the horizon or not.
+      .def("look", &compute_look_angles, "times"_a, "place"_a,
+           R"(Where all satellites stand, above the horizon or not.
 
 Parameters
 ----------

@@ -83,7 +83,7 @@ class Tracer {
       simulation::TracePointsOptions options;
       options.threads = threads;
       if (with_paths) options.paths = &paths;
-      options.progress = [&](std::size_t, std::size_t) { signals.look(); };
+      options.progress = [&](std::size_t, std::size_t) { signals.compute_look_angles(); };
       trace(rows, options);
       return true;
     });

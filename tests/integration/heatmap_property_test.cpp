@@ -311,7 +311,7 @@ bool at_an_edge(const simulation::Environment& environment, const propagation::P
                 geodesy::GpsTime time, const Vector3d& point) {
   const propagation::Propagator propagator = environment.make_propagator(options);
   const geodesy::LocalFrame& frame = environment.city().frame;
-  const auto look = [&](const Vector3d& at) {
+  const auto look_angles = [&](const Vector3d& at) {
     std::vector<Vector3d> directions;
     for (const gnss::SatelliteId id : environment.sky().satellites()) {
       const auto line = orbit::line_of_sight(environment.sky(), id, time, frame.ecef_from_local(point));
@@ -322,10 +322,10 @@ bool at_an_edge(const simulation::Environment& environment, const propagation::P
     propagator.trace(at, directions, paths);
     return paths;
   };
-  const auto here = look(point);
+  const auto here = look_angles(point);
   for (const Vector3d& step : {Vector3d(1e-3, 0, 0), Vector3d(-1e-3, 0, 0), Vector3d(0, 1e-3, 0),
                                Vector3d(0, -1e-3, 0), Vector3d(0, 0, 1e-3), Vector3d(0, 0, -1e-3)}) {
-    const auto there = look(point + step);
+    const auto there = look_angles(point + step);
     for (std::size_t i = 0; i < here.size(); ++i) {
       if (here[i].visibility != there[i].visibility || here[i].paths.size() != there[i].paths.size())
         return true;

@@ -54,7 +54,7 @@ struct TileScene {
             cells.z.empty() ? p.z : static_cast<double>(cells.z[cell])};
   }
   /// Satellites above the mask at the tile's centre, nothing received.
-  void look(double mask_rad) {
+  void compute_sky(double mask_rad) {
     const heatmap::CellPlane& p = cells.plane;
     const Eigen::Vector3d centre(p.first.x() + 0.5 * (p.columns - 1) * p.spacing_m,
                                  p.first.y() + 0.5 * (p.rows - 1) * p.spacing_m, p.z);

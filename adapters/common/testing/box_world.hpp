@@ -21,7 +21,7 @@ class BoxWorld final : public live::HostWorld {
   std::map<Id, Box> boxes;
   bool statics_move = true;
 
-  bool went_on() override { return true; }
+  bool has_advanced() override { return true; }
   bool statics_may_have_moved() override { return statics_move; }
   void models(std::vector<Id>& ids) override {
     for (const auto& [id, box] : boxes) ids.push_back(id);

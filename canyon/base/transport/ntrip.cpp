@@ -107,7 +107,7 @@ struct NtripClient::Impl {
     if (phase == Phase::Over) {
       if (tcp.failures() != failures) end(State::Closed, "no response");
     } else if (tcp.away()) {
-      lose();
+      disconnect();
     } else if (!(source && status.state == State::Streaming) && Clock::now() - last_byte > options.patience) {
       end(State::Stalled, fmt::format("no byte for {} s", options.patience.count() / 1000.0));
     }
@@ -210,7 +210,7 @@ struct NtripClient::Impl {
       if (error && error != http::error::need_buffer && error != http::error::need_more) {
         misunderstood(fmt::format("the caster's HTTP is broken: {}", error.message()));
       } else if (parser->is_done()) {
-        lose();
+        disconnect();
       } else if (error == http::error::need_more) {
         if (answer.size() > kMaxResponseBytes) misunderstood("the caster's HTTP is broken: endless lines");
         return;
@@ -274,7 +274,7 @@ struct NtripClient::Impl {
   }
 
   /// Handles the end of the connection, or of its stream.
-  void lose() {
+  void disconnect() {
     if (phase == Phase::Table || is_table)
       end_table();
     else if (status.state == State::Streaming && phase != Phase::Head)

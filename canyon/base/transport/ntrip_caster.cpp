@@ -67,7 +67,7 @@ class NtripCaster {
     if (bytes.empty()) return;
     const std::lock_guard lock(mutex_);
     for (const auto& [number, visitor] : visitors_)
-      if (visitor.mount == &mount && reader.value_or(number) == number) give(number, visitor, bytes);
+      if (visitor.mount == &mount && reader.value_or(number) == number) send(number, visitor, bytes);
   }
 
   void serve() {
@@ -121,7 +121,7 @@ class NtripCaster {
     bool over = false;  ///< its last response is sent
   };
 
-  void give(std::uint64_t reader, const Visitor& visitor, std::string_view bytes) {
+  void send(std::uint64_t reader, const Visitor& visitor, std::string_view bytes) {
     if (!bytes.empty()) server_.answer(reader, visitor.chunked ? http_chunk(bytes) : std::string(bytes));
   }
 
@@ -197,7 +197,7 @@ class NtripCaster {
                                   : "ICY 200 OK\r\n");
     visitor.mount = &mount;
     visitor.chunked = second;
-    give(reader, visitor, mount.first);
+    send(reader, visitor, mount.first);
     if (const auto position = text_of(request["Ntrip-GGA"]); !position.empty())
       mount.received.add(reader, fmt::format("{}\r\n", position));
   }

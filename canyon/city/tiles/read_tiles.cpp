@@ -168,7 +168,7 @@ class TilesReader {
     city.mesh = std::move(mesh_.mesh());
     if (!mesh_.skin().triangles.empty()) skin_notes_ = append_skin(mesh_.skin(), city.mesh);
     city.frame = frame_;
-    if (out_.georeferenced) settle_origin(city);
+    if (out_.georeferenced) resolve_origin(city);
     const city::Box box = city.bounds();
     const Eigen::Vector3d size = box.max - box.min;
     if (size.head<2>().maxCoeff() > kMaxCity_m) {
@@ -187,7 +187,7 @@ class TilesReader {
   }
 
   /// Moves the city to the frame about its origin.
-  void settle_origin(city::City& city) const {
+  void resolve_origin(city::City& city) const {
     geodesy::Geodetic origin = frame_.origin();
     if (origin_) {
       origin = *origin_;

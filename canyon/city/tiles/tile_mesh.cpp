@@ -199,9 +199,9 @@ class SkinSplit {
     classes_.assign(triangles_.size(), SkinClass::Rough);
     judge_regions();
     judge_the_rest();
-    settle_rough();
-    settle_planes_amid_foliage();
-    settle_without_roof();
+    classify_rough();
+    classify_planes_amid_foliage();
+    classify_without_roof();
     return std::move(classes_);
   }
 
@@ -273,7 +273,7 @@ class SkinSplit {
     }
   }
 
-  void settle_rough() {
+  void classify_rough() {
     const std::vector<SkinClass> before = classes_;
     for (const auto& members : parts([&](std::uint32_t t) { return before[t] == SkinClass::Rough; })) {
       double area = 0, by_building = 0, by_large_plane = 0, by_terrain = 0;
@@ -297,7 +297,7 @@ class SkinSplit {
     }
   }
 
-  void settle_planes_amid_foliage() {
+  void classify_planes_amid_foliage() {
     struct Edges {
       double foliage = 0, other = 0;
     };
@@ -320,7 +320,7 @@ class SkinSplit {
   }
 
   /// The sides of a crown or a hedge may be planes; a piece with foliage and no roof is entirely foliage.
-  void settle_without_roof() {
+  void classify_without_roof() {
     const auto is_roof = [&](std::uint32_t t) {
       return classes_[t] == SkinClass::Building && regions_.of[t] != kNoRegion &&
              std::abs(regions_.regions[regions_.of[t]].normal.z()) >= kUpright;

@@ -40,7 +40,7 @@ class StreamPublisher final : public EpochPublisher {
     now_ns_ = sim_time_ns;
     stream_->serve();
     if (device_ == nullptr) return;
-    if (std::string line = output::hand_on(*stream_, *device_); !line.empty()) notes_.push_back(line);
+    if (std::string line = output::apply_commands(*stream_, *device_); !line.empty()) notes_.push_back(line);
   }
   void reset() override { stream_->send_waiting(); }
   std::vector<std::string> take_notes() override {

@@ -74,7 +74,7 @@ HostedReceiver::~HostedReceiver() = default;
 
 void HostedReceiver::start_receiver() {
   auto& fixed = options_.live.receiver().fixed;
-  if (fixed) fixed->settle(frame_.enu);
+  if (fixed) fixed->resolve(frame_.enu);
   simulation::LiveConfig config = options_.live;
   if (config.base() != nullptr) config.receivers[1].options.corrections = {};  // it uses none here
   run_.emplace(std::move(config), city_ ? city_ : open_field(frame_), start_);
@@ -158,7 +158,7 @@ void HostedReceiver::set_tracer(simulation::Tracer tracer, std::function<std::ve
 }
 
 void HostedReceiver::set_config(simulation::LiveConfig config) {
-  if (auto& fixed = config.receiver().fixed) fixed->settle(frame_.enu);
+  if (auto& fixed = config.receiver().fixed) fixed->resolve(frame_.enu);
   receiver().set_config(std::move(config));
   take_config();
   make_rtcm();
@@ -389,7 +389,7 @@ void HostBases::finish(const std::vector<HostedReceiver*>& started_receivers) {
   }
   links_.make_epochs(due, false, [&](std::size_t i, auto came) -> const simulation::Epoch* {
     HostedReceiver& receiver = *members_[due[i].receiver].receiver;
-    if (came) receiver.receiver().give(std::move(came));
+    if (came) receiver.receiver().set_corrections(std::move(came));
     receiver.finish();
     return receiver.step() != nullptr ? &receiver.step()->epoch : nullptr;
   });

@@ -130,7 +130,7 @@ struct Session::Impl {
     if (!scene) throw InputError("a live session needs a scene");
     options::check(options, "live.");
     for (auto& receiver : scenario.receivers)
-      if (receiver.fixed) receiver.fixed->settle(scene->city.frame);
+      if (receiver.fixed) receiver.fixed->resolve(scene->city.frame);
     if (options.poses.empty()) options.poses.emplace_back();
     set_time();
     make_receivers();
@@ -364,7 +364,7 @@ struct Session::Impl {
 
   /// Sends samples that have ended at an instant to streams at once, in real time; stores them for their
   /// epoch.
-  void feel(const Vehicle& vehicle, std::size_t receiver, std::int64_t until_ns) {
+  void sample_sensors(const Vehicle& vehicle, std::size_t receiver, std::int64_t until_ns) {
     auto& run = sensors[receiver];
     if (vehicle.motion) {
       const simulation::SmoothPoses& motion = *vehicle.motion;
@@ -385,7 +385,7 @@ struct Session::Impl {
       if (stream->receiver() == receiver) stream->write_samples(batch);
   }
   /// Does the same between epochs.
-  void feel(std::int64_t now) {
+  void sample_sensors(std::int64_t now) {
     if (by_stamps() || !scenario.sensors.any()) return;
     for (Vehicle& vehicle : vehicles) {
       for (const Schedule& each : vehicle.receivers) {
@@ -396,7 +396,7 @@ struct Session::Impl {
         for (int step = 0; vehicle.motion && step < 20 && !vehicle.motion->holds(until); ++step)
           until -= std::llround(vehicle.motion->step_s() * 1e9);
         if (!vehicle.source || (vehicle.motion && vehicle.motion->holds(until)))
-          feel(vehicle, each.receiver, until);
+          sample_sensors(vehicle, each.receiver, until);
       }
     }
   }
@@ -592,7 +592,7 @@ struct Session::Impl {
       epoch.antenna = trajectory->antenna_pose(r, time);
     }
     if (moves) {
-      feel(vehicle, r, at);
+      sample_sensors(vehicle, r, at);
       next.samples = std::exchange(sensed[r], {});
     }
     if (inputs[r]) epoch.corrections = inputs[r]->input.take(time);
@@ -674,7 +674,7 @@ struct Session::Impl {
     }
     for (const auto& stream : streams) {
       stream->send_due();
-      const std::string line = output::hand_on(*stream, (*receivers)[stream->receiver()]);
+      const std::string line = output::apply_commands(*stream, (*receivers)[stream->receiver()]);
       if (!line.empty()) note(fmt::format("{}: {}", names[stream->receiver()], line));
     }
   }
@@ -718,7 +718,7 @@ struct Session::Impl {
     serve();
     gather(now_ns());
     compute_and_write();
-    feel(now_ns());
+    sample_sensors(now_ns());
     once_a_second();
     return !ended();
   }

@@ -133,7 +133,7 @@ struct WorldScene::Impl {
   // -- changes of the world --------------------------------------------------------------------------------
 
   void follow() {
-    if (!world->went_on()) return;
+    if (!world->has_advanced()) return;
     ids.clear();
     world->models(ids);
     match();

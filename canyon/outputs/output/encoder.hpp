@@ -49,7 +49,7 @@ struct ReceiverDescription {
 };
 
 /// `begin` and `interval_s` are the host's; the rest comes from the receiver and its sky. A fixed receiver
-/// must have its coordinates (FixedPosition::settle()).
+/// must have its coordinates (FixedPosition::resolve()).
 [[nodiscard]] ReceiverDescription describe_receiver(const simulation::ReceiverConfig& receiver,
                                                     const orbit::Sky& sky,
                                                     const gnss::NavigationData& navigation,

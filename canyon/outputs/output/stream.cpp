@@ -92,16 +92,16 @@ void EncodedStream::write(const simulation::Epoch& epoch) {
   if (epoch.receiver != receiver_) return;
   serve();
   if (!wanted(epoch.observed.time)) return;
-  hand_over(encode(epoch));
+  enqueue(encode(epoch));
 }
 
 void EncodedStream::write_samples(const simulation::SensorBatch& samples) {
   if (!encoder_->uses_sensors()) return;
   if (std::string bytes = encoder_->encode_samples(samples); !bytes.empty())
-    hand_over({{{}, std::move(bytes), {}}});
+    enqueue({{{}, std::move(bytes), {}}});
 }
 
-void EncodedStream::hand_over(std::vector<Waiting> pieces) {
+void EncodedStream::enqueue(std::vector<Waiting> pieces) {
   if (options_.latency_s == 0 && options_.jitter_s == 0 && !options_.link_baud) {
     for (const Waiting& each : pieces) send(each);
     return;
@@ -256,8 +256,9 @@ std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::si
                                          std::move(stations), std::move(now));
 }
 
-std::string hand_on(EncodedStream& stream, simulation::LiveReceiver& receiver) {
-  if (auto came = stream.encoder().take_corrections(); !came.empty()) receiver.give(std::move(came.back()));
+std::string apply_commands(EncodedStream& stream, simulation::LiveReceiver& receiver) {
+  if (auto came = stream.encoder().take_corrections(); !came.empty())
+    receiver.set_corrections(std::move(came.back()));
   const auto kind = stream.encoder().take_restart();
   if (!kind) return {};
   try {

@@ -100,7 +100,7 @@ class EncodedStream final : public simulation::EpochSink {
   /// The bytes of an epoch for each reader.
   [[nodiscard]] std::vector<Waiting> encode(const simulation::Epoch& epoch);
   /// Sends the pieces, or queues them for the configured latency.
-  void hand_over(std::vector<Waiting> pieces);
+  void enqueue(std::vector<Waiting> pieces);
   /// Sends datagrams one after the other, at the link's speed.
   void wait_one_by_one(const Waiting& what, Clock::time_point due);
   void send(const Waiting& what);
@@ -129,7 +129,7 @@ class EncodedStream final : public simulation::EpochSink {
 
 /// Passes the data that the other end sent since the last call to a stream's receiver: the newest
 /// corrections, and a restart, as a fault. Returns a line for the log if there was a restart.
-[[nodiscard]] std::string hand_on(EncodedStream& stream, simulation::LiveReceiver& receiver);
+[[nodiscard]] std::string apply_commands(EncodedStream& stream, simulation::LiveReceiver& receiver);
 /// Index in `names` of the receiver that a request names. Throws InputError for an unknown receiver, and
 /// without a name if there are several.
 [[nodiscard]] std::size_t find_receiver(const StreamRequest& request, const std::vector<std::string>& names);

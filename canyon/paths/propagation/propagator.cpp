@@ -294,8 +294,8 @@ struct Propagator::Impl {
   }
 
   /// Fills `result` with the direct paths; returns the satellites without one.
-  std::span<bool> look(const Vector3d& antenna, std::span<const Vector3d> directions, PropagationScratch& s,
-                       std::span<SatellitePaths> result) const {
+  std::span<bool> find_obstructed(const Vector3d& antenna, std::span<const Vector3d> directions,
+                                  PropagationScratch& s, std::span<SatellitePaths> result) const {
     raytrace::check_position(antenna, "the antenna's position");
     s.rays.clear();
     for (const Vector3d& direction : directions) {
@@ -423,7 +423,7 @@ struct Propagator::Impl {
     assert(options.model == Model::Specular);
     PropagationScratch& s = propagation_scratch();
     const std::span<SatellitePaths> found = lists(s.paths, directions.size());
-    const std::span<bool> blocked = look(antenna, directions, s, found);
+    const std::span<bool> blocked = find_obstructed(antenna, directions, s, found);
     if (options.reflection_order > 0) add_reflections(antenna, directions, 1, s, found, nullptr);
     if (diffraction) add_diffraction(antenna, directions, blocked, s, &edges, found, nullptr);
     return found;
@@ -492,7 +492,7 @@ void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> direct
   const std::span<SatellitePaths> found = lists(s.paths, directions.size());
   if (traced != nullptr)
     *traced = {antenna, {directions.begin(), directions.end()}, {}, {}, {}, impl.instances_about(antenna)};
-  const std::span<bool> blocked = impl.look(antenna, directions, s, found);
+  const std::span<bool> blocked = impl.find_obstructed(antenna, directions, s, found);
   if (impl.options.model != Model::Specular) {
     impl.trace_mirror(antenna, directions, blocked, s, found);
   } else {

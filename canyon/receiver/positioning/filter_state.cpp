@@ -240,7 +240,7 @@ double code_clock_m2(CodeClock& own, const FilterState& filter, double step_m, d
   return std::abs(own.rate_mps) > kCodeClock_mps ? own.mean_square_m2 : 0;
 }
 
-void mind_clocks(FilterState& filter, CodeClock& own, FilterEpoch& epoch, double dt) {
+void update_clocks(FilterState& filter, CodeClock& own, FilterEpoch& epoch, double dt) {
   std::vector<double>& common = epoch.innovations;
   common.clear();
   std::array<std::vector<double>, kConstellations.size()> new_residuals;

@@ -158,6 +158,6 @@ void predict(FilterState& filter, double dt, const PositionFilterOptions& option
 [[nodiscard]] FilterRow doppler_row(const FilterState& filter, const RangedSatellite& satellite);
 
 /// Handles clock steps `dt` seconds after the last epoch, and clocks of new constellations.
-void mind_clocks(FilterState& filter, CodeClock& own, FilterEpoch& epoch, double dt);
+void update_clocks(FilterState& filter, CodeClock& own, FilterEpoch& epoch, double dt);
 
 }  // namespace canyon::positioning

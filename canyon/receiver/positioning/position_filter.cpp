@@ -163,7 +163,7 @@ bool astray(std::optional<geodesy::GpsTime>& since, geodesy::GpsTime now, int fa
 /// Applies one epoch's measurements at the predicted position; returns false if the filter is wrong.
 bool correct(FilterState& filter, CodeClock& own, FilterEpoch& epoch, double dt,
              const PositionFilterOptions& options, bool by_residuals) {
-  mind_clocks(filter, own, epoch, dt);
+  update_clocks(filter, own, epoch, dt);
   using Candidate = FilterEpoch::Candidate;
   std::vector<Candidate>& candidates = epoch.candidates;
   candidates.clear();

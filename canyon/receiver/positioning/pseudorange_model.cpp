@@ -148,15 +148,15 @@ void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& recei
     const bool above = enu.z() >= sine_of_mask;
     satellite.above_mask = above && (satellite.above_mask || looks < kMaskLooks);
     if (!above) continue;
-    const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(enu);
+    const geodesy::AzimuthElevation look_angles = geodesy::azimuth_elevation_from_enu(enu);
     const Measurement& m = *satellite.measured;
-    if (weighs) satellite.sigma_m = options.weights.sigma_m(m, look.elevation_rad);
+    if (weighs) satellite.sigma_m = options.weights.sigma_m(m, look_angles.elevation_rad);
     std::array<double, receiver::kMaxRangeTerms> term_values_m{};
     satellite.space_m = modelled_range(receiver::RangeTermOf::Space,
                                        {&options, &klobuchar, &satellite.state, nullptr, m.id,
                                         m.carrier_frequency_hz > 0 ? m.carrier_frequency_hz
                                                                    : satellite.state.carrier_frequency_hz,
-                                        receiver_time, geodetic, look, m.ionosphere_fraction},
+                                        receiver_time, geodetic, look_angles, m.ionosphere_fraction},
                                        term_values_m)
                             .code;
     const double ionosphere_m = term_values_m[static_cast<std::size_t>(receiver::RangeTermId::Ionosphere)];

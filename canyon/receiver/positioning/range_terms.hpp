@@ -30,7 +30,7 @@ struct ClockReading {
 
 /// The antenna a short time before or after an epoch, for rates of delays.
 struct ShiftedAntenna {
-  [[nodiscard]] geodesy::AzimuthElevation look(const orbit::LineOfSight& line) const {
+  [[nodiscard]] geodesy::AzimuthElevation look_angles(const orbit::LineOfSight& line) const {
     return geodesy::azimuth_elevation_from_enu(
         enu_from_ecef *
         (line.position_at_reception_m + line.velocity_at_reception_mps * dt_s - antenna_ecef));
@@ -65,8 +65,8 @@ struct RangeState {
 };
 
 /// Inputs of a receiver's models of the terms: data from messages, and the receiver's own estimate of its
-/// position. Pointers must not be null unless noted; `klobuchar`, `position` and `look` are for terms of
-/// space only.
+/// position. Pointers must not be null unless noted; `klobuchar`, `position` and `look_angles` are for terms
+/// of space only.
 struct ModelState {
   const positioning::FixOptions* fix = nullptr;  ///< selects the models of its corrections
   const std::map<gnss::System, gnss::Klobuchar>* klobuchar = nullptr;
@@ -76,7 +76,7 @@ struct ModelState {
   double carrier_hz = 0;
   geodesy::GpsTime time;
   geodesy::Geodetic position;
-  geodesy::AzimuthElevation look;
+  geodesy::AzimuthElevation look_angles;
   /// Fraction of the ionosphere in the pseudorange (positioning::Measurement::ionosphere_share).
   double ionosphere_fraction = 1;
 };

@@ -51,7 +51,7 @@ TEST(RangeTerms, AReceiverTakesOffWhatTheMessagesSay) {
 TEST(RangeTerms, ASolverTakesOffTheModelOfANewRow) {
   add_range_term({"made up", RangeTermOf::Space, [](const RangeState&) { return CodeAndCarrier{}; },
                   [](const ModelState& state) {
-                    return CodeAndCarrier{2 * std::sin(state.look.elevation_rad), 0};
+                    return CodeAndCarrier{2 * std::sin(state.look_angles.elevation_rad), 0};
                   }});
   positioning::Measurement measured;
   positioning::RangedSatellite satellite;

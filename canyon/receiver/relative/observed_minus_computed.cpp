@@ -51,8 +51,8 @@ std::vector<ObservedMinusComputed> observed_minus_computed(
   for (RangedSatellite& satellite : satellites) {
     for (int i = 0; i < 3; ++i) update_satellite_geometry(satellite, point);
     const Eigen::Vector3d enu = enu_from_ecef * satellite.direction;
-    const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(enu);
-    if (look.elevation_rad < options.elevation_mask_rad || look.elevation_rad == 0) continue;
+    const geodesy::AzimuthElevation look_angles = geodesy::azimuth_elevation_from_enu(enu);
+    if (look_angles.elevation_rad < options.elevation_mask_rad || look_angles.elevation_rad == 0) continue;
     for (const SignalMeasurement& seen : observations) {
       const Measurement& m = seen.measurement;
       if (m.id != satellite.measured->id) continue;
@@ -66,12 +66,12 @@ std::vector<ObservedMinusComputed> observed_minus_computed(
       o.id = m.id;
       o.signal = seen.signal;
       o.direction = satellite.direction;
-      o.elevation_rad = look.elevation_rad;
+      o.elevation_rad = look_angles.elevation_rad;
       o.sigma_m = m.sigma_m;
       o.wavelength_m = kSpeedOfLight / m.carrier_frequency_hz;
       const receiver::ModelState model{&options,      &klobuchar, &satellite.state,
                                        seen.signal,   m.id,       m.carrier_frequency_hz,
-                                       receiver_time, geodetic,   look};
+                                       receiver_time, geodetic,   look_angles};
       const receiver::CodeAndCarrier sent = modelled_range(receiver::RangeTermOf::Satellite, model);
       const receiver::CodeAndCarrier space = modelled_range(receiver::RangeTermOf::Space, model);
       o.code_m = m.pseudorange_m - (satellite.range_m + space.code) - sent.code;

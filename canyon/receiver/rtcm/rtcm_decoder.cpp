@@ -107,7 +107,7 @@ CorrectionsDecoder::Epochs CorrectionsDecoder::feed(std::string_view bytes, GpsT
 
 CorrectionsDecoder::Epochs CorrectionsDecoder::finish() {
   Epochs complete;
-  give(complete);
+  deliver(complete);
   return complete;
 }
 
@@ -237,11 +237,11 @@ std::optional<int> CorrectionsDecoder::channel(SatelliteId id) const {
 void CorrectionsDecoder::begin(GpsTime time, Epochs& complete) {
   status_.last_epoch = time;
   if (epoch_ && epoch_->time == time) return;
-  give(complete);
+  deliver(complete);
   epoch_ = Epoch{time, {}, {}, false};
 }
 
-void CorrectionsDecoder::give(Epochs& complete) {
+void CorrectionsDecoder::deliver(Epochs& complete) {
   if (!epoch_ || !std::exchange(epoch_->news, false)) return;
   const Station* const posed =
       describing([](const Station& s) { return s.antenna_position_ecef.has_value(); });
@@ -529,7 +529,7 @@ void CorrectionsDecoder::read_msm(Fields& fields, GpsTime now, Epochs& complete)
     }
     for (const auto& [signal, o] : best) add(o);
   }
-  if (!more) give(complete);
+  if (!more) deliver(complete);
 }
 
 // 3.5.1 and 3.5.5, tables 3.5-2, 3.5-3, 3.5-5, 3.5-10, 3.5-11, 3.5-12.
@@ -602,7 +602,7 @@ void CorrectionsDecoder::read_legacy(Fields& fields, GpsTime now, Epochs& comple
       put(glonass ? (code2 == 0 ? "2C" : "2P") : (code2 == 0 ? "2X" : "2W"), range_m + *difference, phase2,
           lock2, cn0_2);
   }
-  if (!more) give(complete);
+  if (!more) deliver(complete);
 }
 
 std::vector<std::string> DecoderStatus::warnings() const {

@@ -174,7 +174,7 @@ class CorrectionsDecoder {
   [[nodiscard]] const Station* describing(Has has) const;
   [[nodiscard]] const relative::GlonassBiases& glonass_bias_m() const;
   void begin(geodesy::GpsTime time, Epochs& complete);
-  void give(Epochs& complete);
+  void deliver(Epochs& complete);
   [[nodiscard]] std::optional<int> channel(gnss::SatelliteId id) const;
 
   ChannelTable glonass_channel_;

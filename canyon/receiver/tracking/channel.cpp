@@ -338,7 +338,7 @@ std::optional<TrackedPhase> Channel::follow_phase(const AntennaMotion& motion, c
   return phase_->tracked;
 }
 
-Reception Channel::miss(geodesy::GpsTime time) {
+Reception Channel::receive_nothing(geodesy::GpsTime time) {
   Reception result;
   result.lock = lock_.update(time, std::nullopt);
   // At the instant of the previous call the lock still exists, but there is no measurement.
@@ -356,7 +356,7 @@ Reception Channel::miss(geodesy::GpsTime time) {
 Reception Channel::receive(ChannelModel& model, const AntennaMotion& motion,
                            const propagation::SatelliteView& view) {
   assert(view.line.id == id_);
-  if (view.paths.paths.empty()) return miss(motion.time);
+  if (view.paths.paths.empty()) return receive_nothing(motion.time);
   const SignalOptions& options = model.options();
   const ChannelModel::Kind& kind = model.kind(*signal_);
   const double carrier_hz = gnss::carrier_hz(*signal_, view.line.state.carrier_frequency_hz);

@@ -153,7 +153,7 @@ class Channel {
   [[nodiscard]] Reception receive(ChannelModel& model, const AntennaMotion& motion,
                                   const propagation::SatelliteView& view);
   /// Processes an epoch without signal: below the horizon, antenna inside a building.
-  Reception miss(geodesy::GpsTime time);
+  Reception receive_nothing(geodesy::GpsTime time);
   /// Noise of a measurement at that C/N0; continues from the last call, after any time.
   [[nodiscard]] LoopErrors sample(ChannelModel& model, geodesy::GpsTime time, double cn0_dbhz);
 

@@ -197,7 +197,7 @@ struct CodeTracker::Search {
   }
 
   [[nodiscard]] bool inside(double at) const { return at >= low && at <= high; }
-  [[nodiscard]] double look(double at) const {
+  [[nodiscard]] double pull_at(double at) const {
     const Pull pulled = tracker.pull(at, paths);
     return pulled.silent() ? 0 : pulled.d;
   }
@@ -209,7 +209,7 @@ struct CodeTracker::Search {
   [[nodiscard]] std::optional<CodeLock> finish(ZeroSearch<double>& search) const {
     using State = ZeroSearch<double>::State;
     while (search.state == State::Refining || (search.state == State::Scanning && inside(search.at)))
-      search.take(look(search.at));
+      search.take(pull_at(search.at));
     if (search.state != State::Located) return std::nullopt;
     return accepted(search.at);
   }
@@ -224,7 +224,7 @@ struct CodeTracker::Search {
       return finish(search);
     }
     for (double step = maximum / 1024; step <= maximum; step *= 2) {
-      const double d_low = look(start - step), d_high = look(start + step);
+      const double d_low = pull_at(start - step), d_high = pull_at(start + step);
       if (!(d_low < 0 && d_high > 0)) continue;
       search.refine(start - step, start + step, d_low, d_high);
       return finish(search);
@@ -235,7 +235,7 @@ struct CodeTracker::Search {
   /// The nearest stable zero to either side.
   [[nodiscard]] std::optional<CodeLock> nearest(double start) const {
     using State = ZeroSearch<double>::State;
-    const double step = tracker.step_chips_, d_start = look(start);
+    const double step = tracker.step_chips_, d_start = pull_at(start);
     ZeroSearch<double> later, earlier;
     later.scan(start, d_start, 1, step, step);
     earlier.scan(start, d_start, -1, step, step);
@@ -243,7 +243,7 @@ struct CodeTracker::Search {
       for (ZeroSearch<double>* search : {&later, &earlier}) {
         const double at = search->at;
         if (!inside(at)) continue;
-        const double d = look(at);
+        const double d = pull_at(at);
         search->take(d);
         if (search->state != State::Refining) continue;
         if (const std::optional<CodeLock> lock = finish(*search)) return lock;
@@ -339,11 +339,11 @@ struct CodeTracker::Loop {
   /// The strongest false peak on one side of the replica (-1: early).
   [[nodiscard]] Peak other_peak(double delay, double side) const {
     Peak best{delay, 0};
-    const auto look = [&](double at) {
+    const auto look_angles = [&](double at) {
       const double power = tracker.prompt(at, now).prompt_power;
       if (power > best.power) best = {at, power};
     };
-    if (tracker.side_peak_chips_ > 0) look(delay + side * tracker.side_peak_chips_);
+    if (tracker.side_peak_chips_ > 0) look_angles(delay + side * tracker.side_peak_chips_);
     if (side > 0) return best;
     const Averaged* strongest = nullptr;
     for (const Averaged& path : now) {
@@ -351,7 +351,7 @@ struct CodeTracker::Loop {
       if (before < tracker.options_.spacing_chips || before > kCheckedChips) continue;
       if (strongest == nullptr || path.power() > strongest->power()) strongest = &path;
     }
-    if (strongest != nullptr) look(strongest->delay_chips);
+    if (strongest != nullptr) look_angles(strongest->delay_chips);
     return best;
   }
 

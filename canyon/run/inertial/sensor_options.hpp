@@ -82,9 +82,9 @@ struct SensorOptions {
   std::optional<BarometerOptions> barometer;
   std::optional<MagnetometerOptions> magnetometer;
 
-  [[nodiscard]] bool any() const { return feel_motion() || barometer || magnetometer; }
+  [[nodiscard]] bool any() const { return needs_smooth_motion() || barometer || magnetometer; }
   /// True if a sensor needs a smooth motion.
-  [[nodiscard]] bool feel_motion() const { return imu || wheels; }
+  [[nodiscard]] bool needs_smooth_motion() const { return imu || wheels; }
 };
 
 void visit(options::Visitor& v, SensorOptions& o);

@@ -97,11 +97,11 @@ struct TrajectoryConfig {
 /// The position of an antenna that does not move.
 struct FixedPosition {
   geodesy::Geodetic position;
-  /// East, north, up [m] from the city's origin, if the position was given so; settle() converts it to
+  /// East, north, up [m] from the city's origin, if the position was given so; resolve() converts it to
   /// `position`.
   std::optional<Eigen::Vector3d> local_m;
 
-  void settle(const geodesy::LocalFrame& city) {
+  void resolve(const geodesy::LocalFrame& city) {
     if (local_m) position = city.geodetic_from_local(*local_m);
   }
 };

@@ -293,7 +293,7 @@ class Writer {
 void write_study_netcdf(const std::filesystem::path& path, const Manifest& manifest,
                         std::vector<std::optional<RunRecord>>& records, const std::filesystem::path& folder) {
   OutputFile file(path);
-  Writer(file.hand_over(), path, manifest, records, folder).write();
+  Writer(file.external_path(), path, manifest, records, folder).write();
   file.commit();
 }
 

@@ -121,9 +121,9 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
         o.lost_lock = (s.observed->loss_of_lock & 1U) != 0 || recorded.power_failure;
         o.cn0_dbhz = s.observed->cn0_dbhz;
         o.direction_ecef = line / range;
-        const auto look = geodesy::azimuth_elevation_from_enu(enu_from_ecef * o.direction_ecef);
-        o.azimuth_rad = look.azimuth_rad;
-        o.elevation_rad = look.elevation_rad;
+        const auto look_angles = geodesy::azimuth_elevation_from_enu(enu_from_ecef * o.direction_ecef);
+        o.azimuth_rad = look_angles.azimuth_rad;
+        o.elevation_rad = look_angles.elevation_rad;
         if (o.elevation_rad <= 0) {
           ++low;
           continue;

@@ -21,7 +21,7 @@
 
 namespace canyon::validation {
 
-void settle_truth(const simulation::Scenario& scenario, ListedRecording& files, std::string_view option) {
+void resolve_truth(const simulation::Scenario& scenario, ListedRecording& files, std::string_view option) {
   const simulation::TrajectoryConfig& trajectory = scenario.trajectory;
   if (files.truth || (!trajectory.file && trajectory.waypoints.size() == 1)) return;
   if (!trajectory.file) {

@@ -57,9 +57,9 @@ struct RecordedScene {
 
 /// Sets the true positions' file and format from the scenario if `files` does not have them. Throws
 /// InputError, with the name of the `option` to give, if the scenario's trajectory is not a file.
-void settle_truth(const simulation::Scenario& scenario, ListedRecording& files, std::string_view option);
+void resolve_truth(const simulation::Scenario& scenario, ListedRecording& files, std::string_view option);
 
-/// Loads the scenario's city and reads the observations and, after settle_truth(), the true positions.
+/// Loads the scenario's city and reads the observations and, after resolve_truth(), the true positions.
 /// simulation::decide_options() decides the receivers' options that depend on the sky's errors. Throws
 /// InputError as read_recording(), simulation::load_city() and simulation::build_sky().
 [[nodiscard]] RecordedScene read_recorded_scene(simulation::Scenario& scenario, const ListedRecording& files,

@@ -39,7 +39,7 @@ double SkyMask::hidden_fraction() const {
 SkyMask make_sky_mask(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu, int sectors) {
   SkyMask mask;
   mask.azimuths.resize(static_cast<std::size_t>(sectors));
-  const auto look = [&](int a) {
+  const auto look_angles = [&](int a) {
     auto& stretches = mask.azimuths[static_cast<std::size_t>(a)];
     const double azimuth = (a + 0.5) * 2 * geodesy::kPi / sectors;
     const auto hidden = [&](double elevation_rad) {
@@ -68,9 +68,10 @@ SkyMask make_sky_mask(const raytrace::RayScene& scene, const Eigen::Vector3d& an
       before = now;
     }
   };
-  tbb::parallel_for(tbb::blocked_range<int>(0, sectors, 16), [&look](const tbb::blocked_range<int>& range) {
-    for (int a = range.begin(); a != range.end(); ++a) look(a);
-  });
+  tbb::parallel_for(tbb::blocked_range<int>(0, sectors, 16),
+                    [&look_angles](const tbb::blocked_range<int>& range) {
+                      for (int a = range.begin(); a != range.end(); ++a) look_angles(a);
+                    });
   return mask;
 }
 

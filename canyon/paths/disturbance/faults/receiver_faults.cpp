@@ -81,8 +81,9 @@ double AntennaFaultOptions::cn0_loss_db() const {
 }
 
 bool AntennaFault::concerns(const Eigen::Vector3d& direction) const {
-  const geodesy::AzimuthElevation look = geodesy::azimuth_elevation_from_enu(direction);
-  if (look.elevation_rad < options_.elevation_from_rad || look.elevation_rad > options_.elevation_to_rad)
+  const geodesy::AzimuthElevation look_angles = geodesy::azimuth_elevation_from_enu(direction);
+  if (look_angles.elevation_rad < options_.elevation_from_rad ||
+      look_angles.elevation_rad > options_.elevation_to_rad)
     return false;
   constexpr double kTwoPi = 2 * geodesy::kPi;
   const auto clockwise = [](double from, double to) {
@@ -91,7 +92,7 @@ bool AntennaFault::concerns(const Eigen::Vector3d& direction) const {
   };
   const double width = options_.azimuth_to_rad - options_.azimuth_from_rad;
   if (std::abs(width) >= kTwoPi) return true;
-  return clockwise(options_.azimuth_from_rad, look.azimuth_rad) <=
+  return clockwise(options_.azimuth_from_rad, look_angles.azimuth_rad) <=
          clockwise(options_.azimuth_from_rad, options_.azimuth_to_rad);
 }
 

@@ -72,7 +72,7 @@ std::vector<Station> profile_from_above(const raytrace::RayScene& rays, const Li
   const double level = std::hypot(line.direction.x(), line.direction.y());
   std::vector<Station> profile;
   profile.reserve(static_cast<std::size_t>(count) + walls.size());
-  const auto look = [&](double along) {
+  const auto look_angles = [&](double along) {
     const Vector3d on_line = line.at(along);
     const Vector3d above(on_line.x(), on_line.y(), std::max(top_m, on_line.z()) + 1);
     const auto hit = rays.cast({above, -Vector3d::UnitZ()});
@@ -81,8 +81,8 @@ std::vector<Station> profile_from_above(const raytrace::RayScene& rays, const Li
     const Station s{along + over * line.direction.z(), over * level};
     if (s.along > 0 && s.along < line.length_m) profile.push_back(s);
   };
-  for (int i = 0; i < count; ++i) look(line.length_m * (i + 0.5) / count);
-  for (const double along : walls) look(along);
+  for (int i = 0; i < count; ++i) look_angles(line.length_m * (i + 0.5) / count);
+  for (const double along : walls) look_angles(along);
   return profile;
 }
 

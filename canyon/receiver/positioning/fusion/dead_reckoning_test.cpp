@@ -276,7 +276,7 @@ TEST(StandstillDetector, ByWheelsAndBySilence) {
   mounting.imu_interval_s = 0.01;
   RandomStream random(1, "standstill");
   ImuReading reading;
-  const auto feel = [&](StandstillDetector& standstill, double shake) {
+  const auto record_samples = [&](StandstillDetector& standstill, double shake) {
     for (int k = 0; k < 150; ++k) {
       reading.time = reading.time + 0.01;
       reading.specific_force_mps2 = {shake * random.normal(), 0, 9.8};
@@ -285,16 +285,16 @@ TEST(StandstillDetector, ByWheelsAndBySilence) {
   };
   StandstillDetector silent(mounting);
   EXPECT_FALSE(silent.is_stationary(0.0));
-  feel(silent, 0.01);
+  record_samples(silent, 0.01);
   EXPECT_TRUE(silent.is_stationary(0.1));
   EXPECT_FALSE(silent.is_stationary(10.0)) << "a smooth road";
   EXPECT_FALSE(silent.is_stationary(std::nullopt));
-  feel(silent, 0.5);
+  record_samples(silent, 0.5);
   EXPECT_FALSE(silent.is_stationary(0.1));
 
   mounting.wheels = WheelModel{};
   StandstillDetector wheeled(mounting);
-  feel(wheeled, 0.01);
+  record_samples(wheeled, 0.01);
   EXPECT_FALSE(wheeled.is_stationary(0.0));
   for (int k = 0; k < 6; ++k) wheeled.add(WheelReading{kBegin + 0.1 * k, 0.1, 0});
   EXPECT_TRUE(wheeled.is_stationary(10.0));

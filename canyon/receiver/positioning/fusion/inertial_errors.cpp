@@ -67,10 +67,10 @@ void InertialEstimate::predict(const ImuReading& motion, double dt_s, const Vect
   add(kVelocityError, 3, density(sensors_of.accelerometer, pushing));
   add(kAccelerometerBias, 3, bias_density(sensors_of.accelerometer));
   add(kGyroscopeBias, 3, bias_density(sensors_of.gyroscope));
-  settle();
+  symmetrize();
 }
 
-void InertialEstimate::settle() {
+void InertialEstimate::symmetrize() {
   for (int j = 0; j < kInertialErrors; ++j) {
     for (int i = 0; i < j; ++i) p(i, j) = p(j, i) = (p(i, j) + p(j, i)) / 2;
     p(j, j) = std::max(p(j, j), 1e-24);

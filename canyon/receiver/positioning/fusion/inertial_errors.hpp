@@ -89,7 +89,7 @@ class InertialEstimate {
     const auto [ph, s] = spread(z);
     const Eigen::Matrix<double, kInertialErrors, M> gain = ph * s.inverse();
     p.noalias() -= gain * ph.transpose();
-    settle();
+    symmetrize();
     correct(gain * z.value);
   }
 
@@ -107,7 +107,7 @@ class InertialEstimate {
     return result;
   }
   /// Makes the covariance symmetric, with positive variances.
-  void settle();
+  void symmetrize();
   void correct(const ErrorVector& error);
 };
 

@@ -284,8 +284,8 @@ class RunCells final : public CellSolver {
     ReceiverRealizations samples;
     geodesy::Geodetic position;
   };
-  bool look(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
-            std::span<const std::span<float>> layers) const;
+  bool scene_at(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
+                std::span<const std::span<float>> layers) const;
   void solve_without_noise(const ReceiverRealizations::Scene& scene, CellValues& values) const;
   /// @param space by realization, or empty
   void draw(const ReceiverRealizations::Scene& scene, std::span<const errors::SpaceErrors> space,
@@ -382,8 +382,8 @@ void RunCells::draw(const ReceiverRealizations::Scene& scene, std::span<const er
   if (statistics) fixes.describe(receiver_.limits, receivers_.count(), values);
 }
 
-bool RunCells::look(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
-                    std::span<const std::span<float>> layers) const {
+bool RunCells::scene_at(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
+                        std::span<const std::span<float>> layers) const {
   const bool statistics = std::any_of(wanted.begin(), wanted.end(), is_sample_layer);
   const bool needs_samples =
       statistics || (receivers_.options().signal.enabled &&
@@ -392,7 +392,7 @@ bool RunCells::look(const TileCells& cells, geodesy::GpsTime time, std::span<con
   return solve_rows<is_solver_layer>(
       cells, wanted, layers, {}, [&](const Vector3d& point, CellValues& values) {
         const ReceiverRealizations::Scene scene =
-            receivers_.look(time, point, receivers_.environment().city().frame.ecef_from_local(point));
+            receivers_.scene_at(time, point, receivers_.environment().city().frame.ecef_from_local(point));
         solve_without_noise(scene, values);
         if (needs_samples) draw(scene, space, statistics, values);
       });
@@ -406,7 +406,7 @@ std::vector<std::vector<RunCells::Corrections>> RunCells::corrections(
   std::vector<std::vector<Corrections>> sent(static_cast<std::size_t>(receiver_.limits.rtk_s) + 1);
   for (std::size_t second = 0; second < sent.size(); ++second) {
     const ReceiverRealizations::Scene scene =
-        base_->samples.look(time + static_cast<double>(second), point, antenna_position_ecef);
+        base_->samples.scene_at(time + static_cast<double>(second), point, antenna_position_ecef);
     for (std::size_t d = 0; d < stations.size(); ++d) {
       sent[second].push_back(receiver::corrections_of(base_->samples.observe(*stations[d], scene, space, d),
                                                       antenna_position_ecef));
@@ -430,7 +430,7 @@ void RunCells::fix_by_rtk(geodesy::GpsTime time, const Vector3d& point,
   std::vector<double> first_s(rovers.size(), std::numeric_limits<double>::infinity()), fixed_m;
   for (std::size_t second = 0; second < sent.size(); ++second) {
     const geodesy::GpsTime now = time + static_cast<double>(second);
-    const ReceiverRealizations::Scene scene = receivers_.look(now, point, antenna_position_ecef);
+    const ReceiverRealizations::Scene scene = receivers_.scene_at(now, point, antenna_position_ecef);
     for (std::size_t d = 0; d < rovers.size(); ++d) {
       if (sent[second][d]) links[d].send(now, sent[second][d], antenna_position_ecef);
       const Corrections came = links[d].take(now);
@@ -451,7 +451,7 @@ void RunCells::fix_by_rtk(geodesy::GpsTime time, const Vector3d& point,
 bool RunCells::solve(const TileCells& cells, geodesy::GpsTime time, std::span<const Layer> wanted,
                      std::span<const std::span<float>> layers, const std::function<bool()>& stop) const {
   assert(wanted.size() == layers.size());
-  if (!base_) return look(cells, time, wanted, layers);
+  if (!base_) return scene_at(cells, time, wanted, layers);
   const auto space = receivers_.space(time, receivers_.count());
   const std::vector<std::vector<Corrections>> sent = corrections(time, space);
   return solve_rows<is_rtk_layer>(

@@ -219,7 +219,7 @@ TEST(CellMethod, OfSharedCellsChangeTheMap) {
   test::TileScene scene({System::GPS, System::Galileo}, geodesy::Geodetic::from_degrees(22.3, 114.18, 30));
   scene.klobuchar = {{System::GPS, {{1e-8, 0, 0, 0}, {9e4, 0, 0, 0}}}};
   scene.lay({-16, -16}, 2, 16, 16, 15);
-  scene.look(geodesy::radians(5));
+  scene.compute_sky(geodesy::radians(5));
   scene.receive(0.5, 0.2, 60, 3);
   DrawOptions monte_carlo;
   monte_carlo.samples = 4;

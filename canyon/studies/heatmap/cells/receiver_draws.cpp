@@ -63,8 +63,8 @@ std::vector<std::unique_ptr<receiver::Receiver>> ReceiverRealizations::receivers
   return receivers;
 }
 
-ReceiverRealizations::Scene ReceiverRealizations::look(geodesy::GpsTime now, const Vector3d& point,
-                                                       const Vector3d& antenna_position_ecef) const {
+ReceiverRealizations::Scene ReceiverRealizations::scene_at(geodesy::GpsTime now, const Vector3d& point,
+                                                           const Vector3d& antenna_position_ecef) const {
   return {{now, antenna_position_ecef, Vector3d::Zero()}, environment_->arrival(now, point, *propagator_)};
 }
 

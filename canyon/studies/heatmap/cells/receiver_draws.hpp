@@ -60,8 +60,8 @@ class ReceiverRealizations {
     propagation::Antenna antenna;
     propagation::Arrival arrival;
   };
-  [[nodiscard]] Scene look(geodesy::GpsTime now, const Eigen::Vector3d& point,
-                           const Eigen::Vector3d& antenna_position_ecef) const;
+  [[nodiscard]] Scene scene_at(geodesy::GpsTime now, const Eigen::Vector3d& point,
+                               const Eigen::Vector3d& antenna_position_ecef) const;
   /// @param space by realization; empty: the epoch has no range errors
   receiver::ReceiverEpoch observe(receiver::Receiver& receiver, const Scene& scene,
                                   std::span<const errors::SpaceErrors> space, std::size_t draw,

@@ -22,7 +22,7 @@ using gnss::System;
 /// excess that changes from cell to cell.
 void fill(test::TileScene& scene, std::size_t satellites) {
   scene.lay({-128, -128}, 1, 256, 256, 15);
-  scene.look(geodesy::radians(10));
+  scene.compute_sky(geodesy::radians(10));
   const std::size_t n = std::min(satellites, scene.signals.satellites.size());
   scene.signals.satellites.resize(n);
   scene.signals.directions.resize(n);

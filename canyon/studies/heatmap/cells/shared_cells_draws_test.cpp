@@ -61,7 +61,7 @@ TEST(SharedCells, DrawsHaveTheClosedFormsMoments) {
   options.noise.ou.theta_per_s = 0.05;
   options.noise.ou.sigma_m_per_sqrt_s = 1.2;
   const double sigma = 1.2 / std::sqrt(0.1);
-  scene.look(options.fix.elevation_mask_rad);
+  scene.compute_sky(options.fix.elevation_mask_rad);
   scene.receive(1, 0, 0, 8);
   for (std::size_t k = 0; k < 3; ++k) {
     scene.signals.visibility[2 * k][k + 3] = CellVisibility::NLOS;
@@ -122,7 +122,7 @@ TEST(SharedCells, LimitsAreExceededAsOftenAsTheNormalDistributionSays) {
   options.noise.ou.theta_per_s = 0.05;
   options.noise.ou.sigma_m_per_sqrt_s = 1.2;
   const double sigma = 1.2 / std::sqrt(0.1);
-  scene.look(options.fix.elevation_mask_rad);
+  scene.compute_sky(options.fix.elevation_mask_rad);
   scene.receive(1, 0, 0, 8);
   LimitOptions limits;
   limits.error_m = 3;
@@ -169,7 +169,7 @@ TEST(SharedCells, ADrawIsTheFixOfItsNoise) {
     ReceiverOptions options;
     options.noise.ou.sigma_m_per_sqrt_s = 2;
     options.troposphere = options.fix.correct_troposphere = route == 1;
-    scene.look(options.fix.elevation_mask_rad);
+    scene.compute_sky(options.fix.elevation_mask_rad);
     scene.receive(0.4, 0.3, 250, 15);
     std::vector<double> noise_m;
     for (const orbit::LineOfSight& line : scene.signals.satellites) {
@@ -202,7 +202,7 @@ TEST(SharedCells, ADrawIsTheFixOfItsNoise) {
 TEST(SharedCells, QuantilesAreThoseOfTheDraws) {
   TileScene scene(kGps, kHongKong);
   scene.lay({0, 0}, 40, 3, 3, 15);
-  scene.look(quiet().fix.elevation_mask_rad);
+  scene.compute_sky(quiet().fix.elevation_mask_rad);
   scene.receive(0.7, 0.3, 80, 9);
   const std::vector<Layer> wanted{Layer::HorizontalErrorMean, Layer::HorizontalErrorP50,
                                   Layer::HorizontalErrorP95,  Layer::VerticalErrorMean,
@@ -245,7 +245,7 @@ TEST(SharedCells, QuantilesAreThoseOfTheDraws) {
 TEST(SharedCells, DrawsFollowSeedAndTimeAlone) {
   TileScene scene(kGps, kHongKong);
   scene.lay({0, 0}, 2, 4, 4, 15);
-  scene.look(quiet().fix.elevation_mask_rad);
+  scene.compute_sky(quiet().fix.elevation_mask_rad);
   scene.receive(1, 0, 0, 10);
   const std::vector<Layer> wanted{Layer::HorizontalErrorP95};
   const auto draw = [&](std::uint64_t seed) {
@@ -255,7 +255,7 @@ TEST(SharedCells, DrawsFollowSeedAndTimeAlone) {
   EXPECT_EQ(first, draw(1));
   EXPECT_NE(first, draw(2));
   scene.time = scene.time + 1.0;
-  scene.look(quiet().fix.elevation_mask_rad);
+  scene.compute_sky(quiet().fix.elevation_mask_rad);
   scene.receive(1, 0, 0, 10);
   EXPECT_GT(std::abs(first[0] - draw(1)[0]), 1e-3F);
 }
@@ -264,7 +264,7 @@ TEST(SharedCells, DrawsFollowSeedAndTimeAlone) {
 TEST(SharedCells, DrawsOfNoNoiseAreTheFix) {
   TileScene scene(kThree, kHongKong);
   scene.lay({0, 0}, 20, 10, 10, 15);
-  scene.look(quiet().fix.elevation_mask_rad);
+  scene.compute_sky(quiet().fix.elevation_mask_rad);
   scene.receive(0.3, 0.2, 250, 11);
   const std::vector<Layer> wanted{Layer::HorizontalError, Layer::HorizontalErrorMean,
                                   Layer::HorizontalErrorP95, Layer::VerticalError, Layer::VerticalErrorRms};
@@ -291,7 +291,7 @@ TEST(SharedCells, DrawsOfNoNoiseAreTheFix) {
 TEST(SharedCells, DriftAddsToTheNoise) {
   TileScene scene(kGps, kHongKong);
   scene.lay({0, 0}, 2, 1, 1, 15);
-  scene.look(quiet().fix.elevation_mask_rad);
+  scene.compute_sky(quiet().fix.elevation_mask_rad);
   scene.receive(1, 0, 0, 12);
   const std::vector<Layer> wanted{Layer::HorizontalErrorRms, Layer::Hdop};
   ReceiverOptions options;

@@ -98,7 +98,7 @@ ReceiverOptions quiet() {
 TEST(SharedCells, FindsTheFixOfOneSystem) {
   TileScene scene(kGps, kHongKong);
   scene.lay({-310, 170}, 12, 20, 20, 15);
-  scene.look(quiet().fix.elevation_mask_rad);
+  scene.compute_sky(quiet().fix.elevation_mask_rad);
   scene.receive(0.55, 0.25, 300, 1);
   const Agreement agreement = compare(scene, quiet());
   EXPECT_GT(agreement.fixes, 100);
@@ -113,7 +113,7 @@ TEST(SharedCells, FindsTheFixOfOneSystem) {
 TEST(SharedCells, FindsTheFixOfSeveralSystemsFarFromATurnedCitysOrigin) {
   TileScene scene(kThree, Geodetic::from_degrees(-33.9, 18.4, 60), 0.7);
   scene.lay({9'000, -12'000}, 12, 20, 20, 40, 60);
-  scene.look(quiet().fix.elevation_mask_rad);
+  scene.compute_sky(quiet().fix.elevation_mask_rad);
   scene.receive(0.15, 0.15, 300, 2);
   const Agreement agreement = compare(scene, quiet());
   EXPECT_GT(agreement.fixes, 100);
@@ -127,7 +127,7 @@ TEST(SharedCells, FindsTheFixOfSeveralSystemsFarFromATurnedCitysOrigin) {
 TEST(SharedCells, FindsTheFixOfStricterRules) {
   TileScene scene(kThree, kHongKong);
   scene.lay({0, 0}, 5, 20, 20, 15);
-  scene.look(quiet().fix.elevation_mask_rad);
+  scene.compute_sky(quiet().fix.elevation_mask_rad);
   scene.receive(0.25, 0.1, 100, 3);
   const int any = compare(scene, quiet()).fixes;
   ReceiverOptions options = quiet();
@@ -145,7 +145,7 @@ TEST(SharedCells, FindsTheFixOfStricterRules) {
 TEST(SharedCells, FindsTheFixWithSbas) {
   TileScene scene({System::GPS, System::Galileo, System::SBAS}, kHongKong);
   scene.lay({0, 0}, 12, 20, 20, 15);
-  scene.look(quiet().fix.elevation_mask_rad);
+  scene.compute_sky(quiet().fix.elevation_mask_rad);
   scene.receive(0.15, 0.15, 300, 2);
   const Agreement agreement = compare(scene, quiet());
   EXPECT_GT(agreement.fixes, 100);
@@ -161,7 +161,7 @@ TEST(SharedCells, FindsTheFixOfElevationWeights) {
   ReceiverOptions options = quiet();
   options.fix.elevation_mask_rad = geodesy::radians(3);
   options.fix.weights.weighting = Weighting::Elevation;
-  scene.look(options.fix.elevation_mask_rad);
+  scene.compute_sky(options.fix.elevation_mask_rad);
   scene.receive(0.4, 0.3, 150, 4);
   const Agreement agreement = compare(scene, options);
   EXPECT_GT(agreement.fixes, 300);
@@ -186,7 +186,7 @@ TEST(SharedCells, FindsTheFixThroughAnAtmosphere) {
     options.fix.correct_ionosphere = (flags & 4) != 0;
     options.fix.correct_troposphere = (flags & 8) != 0;
     if (flags % 3 == 0) options.fix.weights.weighting = Weighting::Elevation;
-    scene.look(options.fix.elevation_mask_rad);
+    scene.compute_sky(options.fix.elevation_mask_rad);
     scene.receive(0.2, 0.25, 200, 5);
     const Agreement agreement = compare(scene, options);
     EXPECT_GT(agreement.fixes, 100) << flags;
@@ -200,7 +200,7 @@ TEST(SharedCells, FindsTheFixThroughAnAtmosphere) {
 TEST(SharedCells, CountsSatellitesAndMarksWhatIsNone) {
   TileScene scene(kGps, kHongKong);
   scene.lay({0, 0}, 2, 3, 2, 15);
-  scene.look(quiet().fix.elevation_mask_rad);
+  scene.compute_sky(quiet().fix.elevation_mask_rad);
   const std::size_t n = scene.signals.satellites.size();
   ASSERT_GE(n, 6U);
   auto set = [&](std::size_t satellite, std::size_t cell, CellVisibility visibility, float excess_m = 0) {
@@ -267,7 +267,7 @@ TEST(SharedCells, CountsSatellitesAndMarksWhatIsNone) {
 TEST(SharedCells, NeedsNoExcessForCountsAndDops) {
   TileScene scene(kGps, kHongKong);
   scene.lay({0, 0}, 2, 20, 20, 15);
-  scene.look(quiet().fix.elevation_mask_rad);
+  scene.compute_sky(quiet().fix.elevation_mask_rad);
   scene.receive(0.6, 0, 0, 7);
   const std::vector<Layer> wanted{Layer::Hdop, Layer::Pdop, Layer::SatellitesVisible, Layer::Availability};
   const SharedReceiver solver{};
@@ -286,7 +286,7 @@ TEST(SharedCells, DoesNotDependOnHowAGridIsCut) {
   TileScene whole(kThree, kHongKong);
   const double mask = quiet().fix.elevation_mask_rad;
   whole.lay({-70, 30}, 4, 48, 32, 15);
-  whole.look(mask);
+  whole.compute_sky(mask);
   whole.receive(0.3, 0.3, 200, 13);
   const std::vector<Layer> wanted{Layer::HorizontalError,
                                   Layer::VerticalError,
@@ -302,7 +302,7 @@ TEST(SharedCells, DoesNotDependOnHowAGridIsCut) {
     for (std::uint32_t column = 0; column < 48; column += 16) {
       TileScene part(kThree, kHongKong);
       part.lay({-70 + 4.0 * column, 30 + 4.0 * row}, 4, 16, 16, 15);
-      part.look(mask);
+      part.compute_sky(mask);
       ASSERT_EQ(part.signals.satellites.size(), whole.signals.satellites.size());
       const auto from = [&](std::size_t i) { return (row + i / 16) * 48 + column + i % 16; };
       for (std::size_t k = 0; k < part.signals.satellites.size(); ++k) {
@@ -334,7 +334,7 @@ TEST(SharedCells, SolvesForMoreThan64Satellites) {
   scene.lay({0, 0}, 10, 8, 8, 15);
   ReceiverOptions options = quiet();
   options.fix.elevation_mask_rad = 0;
-  scene.look(0);
+  scene.compute_sky(0);
   // As many additional satellites at the same positions, with other names.
   ASSERT_GT(scene.signals.satellites.size(), 32U);
   scene.receive(0.5, 0.2, 100, 14);

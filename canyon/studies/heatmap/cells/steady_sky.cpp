@@ -99,7 +99,7 @@ void SteadySky::fill_lanes(const TileErrors& common, NoiseSamples& samples, std:
                            SteadySatellite& s) {
   const receiver::ReceiverOptions& options = common.options;
   const orbit::LineOfSight& line = s.line;
-  const Vector3d look = geodesy::enu_from_azimuth_elevation(line.azimuth_rad, line.elevation_rad);
+  const Vector3d look_angles = geodesy::enu_from_azimuth_elevation(line.azimuth_rad, line.elevation_rad);
   for (auto* list : {&s.error_m, &s.clear_cn0_hz, &s.direct_factor, &s.code_normal, &s.cn0_noise_db})
     list->assign(padded_, 0);
   for (auto* list : {&s.fade_re, &s.fade_im, &s.fade_power}) list->assign(bundles * padded_, 0);
@@ -113,7 +113,7 @@ void SteadySky::fill_lanes(const TileErrors& common, NoiseSamples& samples, std:
     s.clear_cn0_hz[i] = tracking::cn0_hz(model.clear_cn0_dbhz(*s.signal, line.elevation_rad, offset_db));
     s.direct_factor[i] = quiet || samples.shadowings.empty()
                              ? 1
-                             : std::pow(10, samples.shadowings[d].of(look).level_db / kAmplitudePerDb);
+                             : std::pow(10, samples.shadowings[d].of(look_angles).level_db / kAmplitudePerDb);
     propagation::SatelliteView view{line, {}};
     if (!quiet && !samples.space.empty()) view.space = samples.space[d].at(line, samples.receptions[d]);
     s.error_m[i] = common.error_m(view, *s.signal, s.carrier_hz);

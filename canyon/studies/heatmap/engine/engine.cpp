@@ -327,7 +327,7 @@ Heatmap::Heatmap(const simulation::Environment& environment, simulation::Receive
     weighting = positioning::Weighting::Equal;  // signals without C/N0 have equal weights
   choose_motion(request, receiver, filter.enabled);
   if (base) {
-    base->fixed->settle(environment.city().frame);
+    base->fixed->resolve(environment.city().frame);
     base->options = simulation::with_surroundings(*base, environment.scene(), environment.city(), {});
     simulation::decide_options(base->options, environment.errors().get(), &environment.sky());
   }

@@ -334,7 +334,7 @@ void write_netcdf(const std::filesystem::path& path, const MapSource& source) {
   assert(source.request != nullptr && source.slice && !source.request->times.empty() &&
          !source.request->altitudes_m.empty() && source.request->grid.cells() > 0);
   OutputFile file(path);
-  NetcdfWriter(file.hand_over(), path, source).write();
+  NetcdfWriter(file.external_path(), path, source).write();
   file.commit();
 }
 
