@@ -30,7 +30,7 @@ class Field {
     options::Document document;
     document.file = name + ".yaml";
     HostSettings settings;
-    settings.live.bases_elsewhere = true;
+    settings.live.allow_external_base = true;
     options::read_yaml(
         "{profile: ublox-f9p, rate_hz: 5, origin_latitude: 22.3, origin_longitude: 114.17, "
         "name: " +

@@ -135,14 +135,14 @@ TEST(LinkPoseSource, MovedByPosesItsVelocityIsTheirDifference) {
     }
     // Teleported, 20 m in 10 ms: at the new position, at rest, and in motion again from the next pose on.
     const double t = world->SimTime().Double() - begin;
-    const Pose3d elsewhere(position(t).Pos() + Vector3d(0, 0, 20), position(t).Rot());
-    model->SetWorldPose(elsewhere);
+    const Pose3d far_away(position(t).Pos() + Vector3d(0, 0, 20), position(t).Rot());
+    model->SetWorldPose(far_away);
     const Truth jumped = truth(*source, world->SimTime());
-    expect_near(jumped.pose.Pos(), elsewhere.Pos() + position(t).Rot() * lever, 1e-12);
+    expect_near(jumped.pose.Pos(), far_away.Pos() + position(t).Rot() * lever, 1e-12);
     EXPECT_EQ(jumped.linear_velocity, Vector3d::Zero);
     EXPECT_EQ(jumped.angular_velocity, Vector3d::Zero);
     server.step(10);
-    model->SetWorldPose(Pose3d(elsewhere.Pos() + Vector3d(0.01, 0, 0), elsewhere.Rot()));
+    model->SetWorldPose(Pose3d(far_away.Pos() + Vector3d(0.01, 0, 0), far_away.Rot()));
     expect_near(truth(*source, world->SimTime()).linear_velocity, {1, 0, 0}, 1e-9);
     // Stationary, and after a reset: no velocity, for any distance from the previous pose.
     server.step(10);

@@ -95,8 +95,8 @@ TEST(MapProjection, SaysWhichFileIsWrong) {
   EXPECT_THAT(refused("projector_type: MGRS\n"), HasSubstr("mgrs_grid"));
   EXPECT_THAT(refused("projector_type: LocalCartesian\n"), HasSubstr("needs an origin"));
   EXPECT_THAT(refused("projector_type: MGRS\nmgrs_grid: 54SUE\nvertical_datum: NN\n"), HasSubstr("'NN'"));
-  const auto nowhere = read("projector_type: MGRS\nmgrs_grid: 54XYZ\n");
-  EXPECT_THROW(MapProjection(nowhere, geodesy::LocalFrame(), 0), InputError);
+  const auto unknown = read("projector_type: MGRS\nmgrs_grid: 54XYZ\n");
+  EXPECT_THROW(MapProjection(unknown, geodesy::LocalFrame(), 0), InputError);
 }
 
 }  // namespace

@@ -88,9 +88,9 @@ struct ReceiverNode::Impl {
       hosted->set_config(driven_config(changed, node.get_fully_qualified_name(), simulation.get()));
       if (simulation) truth.emplace(changed, scene->city, simulation);
     }
-    const bool elsewhere = changed.corrections_topic() != settings.corrections_topic();
+    const bool is_external = changed.corrections_topic() != settings.corrections_topic();
     settings = changed;
-    if (!timer || !elsewhere) return;
+    if (!timer || !is_external) return;
     // A subscription declares parameters, which is not allowed while others are being set.
     corrections.reset();
     listener_starter = node.create_wall_timer(std::chrono::seconds(0), [this] {

@@ -46,10 +46,10 @@ class FixHistory {
   /// Index of the last fix until `of`, or of the first from then on; size(): there is none.
   [[nodiscard]] std::size_t position(const std::optional<geodesy::GpsTime>& of, bool first) const {
     if (!of) return size();
-    const auto behind = std::partition_point(fixes_.begin(), fixes_.end(), [&](const auto& each) {
+    const auto after = std::partition_point(fixes_.begin(), fixes_.end(), [&](const auto& each) {
       return first ? each.first < *of : each.first <= *of;
     });
-    const auto before = static_cast<std::size_t>(behind - fixes_.begin());
+    const auto before = static_cast<std::size_t>(after - fixes_.begin());
     if (first) return before;
     return before > 0 ? before - 1 : size();
   }

@@ -16,7 +16,7 @@ using geodesy::kPi;
 using raytrace::Containment;
 
 /// Lock states every `step_s` for 12 s; the wall exists from 5 s until before 8 s.
-std::vector<tracking::LockState> states_behind_a_wall(double step_s) {
+std::vector<tracking::LockState> states_near_a_wall(double step_s) {
   ReceiverOptions options = plain();
   options.signal.lock.hold_s = 0.6;
   options.signal.lock.reacquisition_s = 1.5;
@@ -34,7 +34,7 @@ std::vector<tracking::LockState> states_behind_a_wall(double step_s) {
 
 // An update gives the state since the previous one. The signal disappears at 4.9 s and returns at 7.9 s.
 TEST(ReceiverLock, LossAndReacquisitionTakeTheirTimes) {
-  const std::vector<tracking::LockState> states = states_behind_a_wall(0.1);
+  const std::vector<tracking::LockState> states = states_near_a_wall(0.1);
   for (int i = 0; i <= 120; ++i) {
     const tracking::LockState expected = i < 50   ? tracking::LockState::Tracking
                                          : i < 55 ? tracking::LockState::Holding
@@ -43,7 +43,7 @@ TEST(ReceiverLock, LossAndReacquisitionTakeTheirTimes) {
     EXPECT_EQ(states[static_cast<std::size_t>(i)], expected) << i;
   }
   // It holds from 4 s to 4.6 s, and is found at 7 s + 1.5 s.
-  const std::vector<tracking::LockState> coarse = states_behind_a_wall(1);
+  const std::vector<tracking::LockState> coarse = states_near_a_wall(1);
   for (int i = 0; i <= 12; ++i) {
     EXPECT_EQ(coarse[static_cast<std::size_t>(i)],
               i < 5 || i >= 9 ? tracking::LockState::Tracking : tracking::LockState::Searching)
@@ -125,15 +125,15 @@ TEST(ReceiverLock, TheLoopRemembersItsDelay) {
   EXPECT_NEAR(kept.excess_m, 400, 1e-6);
   EXPECT_NEAR(*kept.cn0_dbhz, clear_cn0_dbhz() - 6, 0.05);
   // The satellite is in the north: 500 m in that direction shorten the range by 383 m.
-  const Eigen::Vector3d elsewhere = kFrame.ecef_from_local({0, 500, 0});
-  EXPECT_NEAR(observe_one(staying, 2, both, elsewhere).excess_m, 0, 1e-6);
+  const Eigen::Vector3d far_away = kFrame.ecef_from_local({0, 500, 0});
+  EXPECT_NEAR(observe_one(staying, 2, both, far_away).excess_m, 0, 1e-6);
 
   Receiver driven(trusting, 1);
   EXPECT_NEAR(observe_one(driven, 0, echo).excess_m, 400, 1e-6);
   const Eigen::Vector3d velocity = kEcefFromEnu * Eigen::Vector3d(0, 250, 0);
   EXPECT_NEAR(observe_one(driven, 2, echo, kAntenna, velocity).excess_m, 400, 1e-6);
   // During its motion the direct signal is briefly within reach of the echo's replica.
-  EXPECT_NEAR(observe_one(driven, 4, both, elsewhere, velocity).excess_m, 400, 0.01);
+  EXPECT_NEAR(observe_one(driven, 4, both, far_away, velocity).excess_m, 400, 0.01);
 
   Receiver looking(plain(), 1);
   EXPECT_NEAR(observe_one(looking, 0, echo).excess_m, 400, 1e-6);

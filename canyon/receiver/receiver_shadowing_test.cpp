@@ -80,12 +80,12 @@ TEST(ReceiverShadowing, LabelsSayWhatIsTracked) {
     return std::vector<Path>{direct_path(line), path};
   };
   using propagation::Visibility;
-  Receiver open(plain(), 3), behind(walled_in(), 3), alone(walled_in(), 3);
+  Receiver open(plain(), 3), after(walled_in(), 3), alone(walled_in(), 3);
   const SatelliteObservation seen = observe_one(open, 0, echo);
   EXPECT_EQ(seen.visibility, Visibility::LOSMultipath);
   EXPECT_EQ(seen.tracked_path, PathKind::Direct);
   EXPECT_EQ(seen.obstacles_db, 0);
-  const SatelliteObservation reflected = observe_one(behind, 0, echo);
+  const SatelliteObservation reflected = observe_one(after, 0, echo);
   EXPECT_EQ(reflected.map_visibility, Visibility::LOSMultipath);
   EXPECT_EQ(reflected.visibility, Visibility::NLOS);
   EXPECT_EQ(reflected.tracked_path, PathKind::Reflected);

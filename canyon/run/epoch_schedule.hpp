@@ -23,7 +23,7 @@ class EpochSchedule {
     return std::floor((duration_s * 1e9 + 0.5) / static_cast<double>(in_nanoseconds(interval_s))) + 1;
   }
   /// The same schedule, shifted.
-  [[nodiscard]] EpochSchedule behind(std::int64_t offset_ns) const {
+  [[nodiscard]] EpochSchedule lagging(std::int64_t offset_ns) const {
     EpochSchedule moved = *this;
     moved.offset_ns_ = offset_ns;
     return moved;

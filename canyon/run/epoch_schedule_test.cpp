@@ -17,7 +17,7 @@ TEST(EpochSchedule, CountsFromTimeZero) {
   EXPECT_EQ(schedule.next_ns(), 3 * kSecond / 2);
   EXPECT_EQ(EpochSchedule(1.0 / 3).interval_ns(), 333'333'333);
   EXPECT_EQ(EpochSchedule(1e-12).interval_ns(), 1);
-  EXPECT_EQ(EpochSchedule(0.5).behind(7).at_ns(2), kSecond + 7);
+  EXPECT_EQ(EpochSchedule(0.5).lagging(7).at_ns(2), kSecond + 7);
   EXPECT_EQ(EpochSchedule::count_within(1, 0.5), 3);
   EXPECT_EQ(EpochSchedule::count_within(0.99, 0.5), 2);
   EXPECT_EQ(EpochSchedule::count_within(0.3, 0.1), 4);  // 0.3 is a little less than three times 0.1

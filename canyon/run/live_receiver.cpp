@@ -88,7 +88,7 @@ struct LiveReceiver::Impl {
     std::vector<disturbance::DisturbanceSource> sources =
         of.fixed ? of.disturbances : with_streets(of, environment.city(), whole_road ? whole_road : road);
     sources.push_back(disturbance::FaultTimeline::source(faults));
-    sources.push_back({"put elsewhere", [at = put_elsewhere](std::uint64_t /*seed*/, const std::string&) {
+    sources.push_back({"put elsewhere", [at = teleported](std::uint64_t /*seed*/, const std::string&) {
                          return std::make_unique<HotRestart>(at);
                        }});
     receiver::ReceiverOptions options =
@@ -196,7 +196,7 @@ struct LiveReceiver::Impl {
     const double reach_m = kSlack_m + 2 * before->speed_mps * step_s +
                            std::min(kHardest_mps2 * step_s / 2, kTeleport_mps) * step_s;
     if (continuous || travelled_m <= reach_m) return;
-    *put_elsewhere = antenna.time;
+    *teleported = antenna.time;
     road->clear();
     warnings.push_back(fmt::format(
         "the antenna jumped by {:.0f} m at {:.1f} s: restarting the receiver, as after a hot start",
@@ -213,7 +213,7 @@ struct LiveReceiver::Impl {
     if (arrivals) arrivals->forget();
     road->clear();
     corrections.reset();
-    put_elsewhere->reset();
+    teleported->reset();
     last_step.reset();
     receiver = make_receiver();
     last_s = -std::numeric_limits<double>::infinity();
@@ -242,7 +242,7 @@ struct LiveReceiver::Impl {
   std::shared_ptr<disturbance::Road> road = std::make_shared<disturbance::Road>();  // travelled so far
   std::shared_ptr<const disturbance::Road> whole_road;  // the whole; null: unknown
   std::shared_ptr<disturbance::FaultTimeline> faults;
-  std::shared_ptr<std::optional<GpsTime>> put_elsewhere = std::make_shared<std::optional<GpsTime>>();  // last
+  std::shared_ptr<std::optional<GpsTime>> teleported = std::make_shared<std::optional<GpsTime>>();  // last
   receiver::Receiver receiver;
   Tracer tracer;
   std::optional<RetracedAntenna> arrivals;  // created if no tracer replaces it

@@ -302,8 +302,8 @@ TEST(LoadCity, TilesAboutTheTrajectoryAlone) {
   EXPECT_EQ(city.mesh.triangles.size(), 12U);
   EXPECT_NEAR(geodesy::degrees(city.frame.origin().latitude_rad), 48.2003, 1e-4);
   // The same with a box.
-  const Scenario elsewhere = scenario("latitude_deg: 48.3, longitude_deg: 11.5, height_m: 2");
-  const CityConfig about_box = city_config(elsewhere, {11.5, 48.2, 11.5006, 48.2006});
+  const Scenario far_away = scenario("latitude_deg: 48.3, longitude_deg: 11.5, height_m: 2");
+  const CityConfig about_box = city_config(far_away, {11.5, 48.2, 11.5006, 48.2006});
   EXPECT_EQ(load_city(about_box).mesh.triangles.size(), 12U);
   // A position that is known only after reading the city: all tiles, and so a missing one.
   EXPECT_THAT(load_city(scenario("east_m: 0, north_m: 0, up_m: 2")).notes.warnings(),

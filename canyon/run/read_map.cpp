@@ -102,13 +102,13 @@ buildings::BuiltCity read_map(const MapCity& config, const CityConfig& city,
     const auto beyond = std::count_if(map.features.begin(), map.features.end(), [&](const auto& feature) {
       return !terrain->height_m(feature.bounds().center());
     });
-    const bool elsewhere = static_cast<std::size_t>(beyond) == map.features.size();
-    if (elsewhere) terrain.reset();
+    const bool is_external = static_cast<std::size_t>(beyond) == map.features.size();
+    if (is_external) terrain.reset();
     if (beyond > 0) {
       map.notes.add_line(
           ReadReport::Level::Loss,
           fmt::format("{}: {} of {} objects are outside the terrain, {}", map.source, beyond,
-                      map.features.size(), elsewhere ? "which is left out" : "where there is no ground"));
+                      map.features.size(), is_external ? "which is left out" : "where there is no ground"));
     }
   }
   map.relief = {};

@@ -17,11 +17,11 @@ Run::Run(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
   for (ReceiverConfig& receiver : configs_)
     if (receiver.fixed) receiver.fixed->resolve(scene->city.frame);
   // Else the base of its one receiver is in another run.
-  if (!config.bases_elsewhere || config.base() != nullptr) links_ = {configs_, seed_};
+  if (!config.allow_external_base || config.base() != nullptr) links_ = {configs_, seed_};
   order_.resize(configs_.size());
   std::iota(order_.begin(), order_.end(), std::size_t{0});
   order_ = links_.order(std::move(order_));
-  config.bases_elsewhere = true;  // for each LiveReceiver
+  config.allow_external_base = true;  // for each LiveReceiver
   for (const ReceiverConfig& receiver : configs_) {
     config.receivers = {receiver};
     receivers_.emplace_back(config, scene, start, sky, road);

@@ -172,7 +172,7 @@ HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginCo
   HostSettings settings;
   settings.warnings = elements.warnings();
   settings.publish_px4 = is_for_px4(elements);
-  settings.live.bases_elsewhere = true;           // live::HostBases
+  settings.live.allow_external_base = true;       // live::HostBases
   const bool paper = elements.has("satAzimuth");  // the paper's satellites imply its receiver
   if (paper && !elements.has("profile")) elements.put("profile", "paper", "<satAzimuth>");
   if (const auto disabled = elements.take("disableNoise"))

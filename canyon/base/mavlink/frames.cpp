@@ -258,10 +258,10 @@ void MavlinkParser::receive(std::string_view bytes, const std::function<void(con
       bool more = false;
       const std::optional<Header> h = header(rest, more);
       if (more || (h && rest.size() < h->bytes)) break;
-      const std::size_t behind = h ? h->payload_at + h->payload_bytes : 0;
-      if (!h || bytes_at(rest, behind, kChecksum) !=
+      const std::size_t after = h ? h->payload_at + h->payload_bytes : 0;
+      if (!h || bytes_at(rest, after, kChecksum) !=
                     crc16({reinterpret_cast<const char*>(&layouts()[h->index].crc_extra), 1},
-                          crc16(rest.substr(1, behind - 1)))) {
+                          crc16(rest.substr(1, after - 1)))) {
         ++at;
         ++passed_over_;
         continue;

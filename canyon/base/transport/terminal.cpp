@@ -27,12 +27,12 @@ class Terminal : public BufferedTransport {
   void send(std::string_view bytes) override {
     if (!device_.is_open()) return;
     if (line_ && backlog_.size() + bytes.size() > line_->buffer()) {
-      if (!std::exchange(behind_, true))
+      if (!std::exchange(is_after_, true))
         notes_.push_back(fmt::format("{} baud are too slow: messages are dropped", line_->baud));
       return serve();
     }
     if (backlog_.size() + bytes.size() > kMaxBacklog) {
-      if (!std::exchange(behind_, true)) notes_.emplace_back("no program reads: bytes are dropped");
+      if (!std::exchange(is_after_, true)) notes_.emplace_back("no program reads: bytes are dropped");
       backlog_.clear();
     }
     backlog_ += bytes;
@@ -44,7 +44,7 @@ class Terminal : public BufferedTransport {
       backlog_.clear();
       lost();
     }
-    if (backlog_.empty()) behind_ = false;
+    if (backlog_.empty()) is_after_ = false;
   }
   void add_handles(std::vector<int>& handles) const override {
     if (device_.is_open())
@@ -106,7 +106,7 @@ class Terminal : public BufferedTransport {
     return open;
   }
 
-  bool behind_ = false;  ///< logged already
+  bool is_after_ = false;  ///< logged already
 };
 
 class PseudoTerminal final : public Terminal {

@@ -115,7 +115,7 @@ class Log final : public BufferedTransport {
 };
 
 /// The rest of a text that begins with `start`; empty for other texts.
-std::optional<std::string_view> behind(std::string_view text, std::string_view start) {
+std::optional<std::string_view> text_after(std::string_view text, std::string_view start) {
   if (text.substr(0, start.size()) != start) return std::nullopt;
   return text.substr(start.size());
 }
@@ -133,11 +133,11 @@ HostPort host_and_port(std::string_view rest, std::string_view address) {
 }
 
 bool is_file_address(std::string_view address) {
-  return behind(address, "file:").has_value();
+  return text_after(address, "file:").has_value();
 }
 
 bool is_input_address(std::string_view address) {
-  return address == "stdin:" || behind(address, "ntrip://");
+  return address == "stdin:" || text_after(address, "ntrip://");
 }
 
 const char* address_forms() {
@@ -152,31 +152,32 @@ std::unique_ptr<Transport> open_result(const std::filesystem::path& path) {
 }
 
 std::unique_ptr<Transport> open_transport(std::string_view address) {
-  if (const auto path = behind(address, "file:"); path && !path->empty()) return std::make_unique<Log>(*path);
+  if (const auto path = text_after(address, "file:"); path && !path->empty())
+    return std::make_unique<Log>(*path);
   using Maker = std::unique_ptr<Transport> (*)(const HostPort&);
   static constexpr std::pair<std::string_view, Maker> kHosts[]{{"tcp://", make_tcp_server},
                                                                {"tcp-connect://", make_tcp_client},
                                                                {"udp://", make_udp},
                                                                {"udp-listen://", make_udp_listener}};
   for (const auto& [start, make] : kHosts)
-    if (const auto rest = behind(address, start)) return make(host_and_port(*rest, address));
-  if (behind(address, "ntrip-caster://")) return make_ntrip_mount(ntrip_address(address));
-  if (behind(address, "ntrip://") || behind(address, "ntrip-source://"))
+    if (const auto rest = text_after(address, start)) return make(host_and_port(*rest, address));
+  if (text_after(address, "ntrip-caster://")) return make_ntrip_mount(ntrip_address(address));
+  if (text_after(address, "ntrip://") || text_after(address, "ntrip-source://"))
     return std::make_unique<NtripClient>(address);
-  const auto baud_behind = [](std::string_view text, std::size_t at) -> std::optional<int> {
+  const auto baud_after = [](std::string_view text, std::size_t at) -> std::optional<int> {
     const auto baud = at == std::string_view::npos ? std::nullopt : parse_integer(text.substr(at + 1));
     if (!baud || *baud < 1 || *baud > 4'000'000) return std::nullopt;
     return static_cast<int>(*baud);
   };
-  if (const auto rest = behind(address, "pty:")) {
+  if (const auto rest = text_after(address, "pty:")) {
     const std::size_t at = rest->rfind('@');
-    const auto baud = baud_behind(*rest, at);
+    const auto baud = baud_after(*rest, at);
     return make_pseudo_terminal(std::string(baud ? rest->substr(0, at) : *rest), baud);
   }
   if (address == "stdin:") return make_standard_input();
-  if (const auto rest = behind(address, "serial:")) {
+  if (const auto rest = text_after(address, "serial:")) {
     const std::size_t at = rest->rfind('@');
-    const auto baud = baud_behind(*rest, at);
+    const auto baud = baud_after(*rest, at);
     if (!baud || at == 0) {
       throw InputError(fmt::format("'{}' has no device and baud rate", address),
                        "write it like serial:/dev/ttyUSB0@115200");

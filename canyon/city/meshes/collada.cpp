@@ -69,7 +69,7 @@ class ColladaReader {
       read_node(node, Eigen::Affine3d::Identity(), nullptr, {}, kDeepestColladaNode);
     });
     note_crossed(crossed_, scene_.notes);
-    note(elsewhere_, "references to other files left out");
+    note(external_, "references to other files left out");
     note(with_holes_, "faces with holes (<ph>) left out");
     note(no_mesh_, "geometries that are no <mesh> left out");
     const auto unused = std::count_if(by_id_.begin(), by_id_.end(), [this](const auto& entry) {
@@ -125,7 +125,7 @@ class ColladaReader {
                              std::string_view or_kind = {}) {
     const std::string url = attribute_of(from, attribute);
     if (!url.empty() && url[0] != '#') {
-      ++elsewhere_;
+      ++external_;
       return nullptr;
     }
     const auto found = by_id_.find(url.empty() ? url : url.substr(1));
@@ -410,7 +410,7 @@ class ColladaReader {
   std::unordered_map<std::string, const XmlElement*> by_id_;    ///< the first of each id
   std::unordered_map<const XmlElement*, Positions> positions_;  ///< of geometries in nodes
   MeshScene scene_;
-  std::size_t triangles_ = 0, work_ = 0, crossed_ = 0, elsewhere_ = 0, with_holes_ = 0, no_mesh_ = 0;
+  std::size_t triangles_ = 0, work_ = 0, crossed_ = 0, external_ = 0, with_holes_ = 0, no_mesh_ = 0;
 };
 
 }  // namespace

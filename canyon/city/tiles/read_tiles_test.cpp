@@ -218,7 +218,7 @@ TEST_F(TilesTest, NothingOutsideTheFolderIsRead) {
   write("inner/tileset.json", test::tileset(tile("link.glb", 0)));
   EXPECT_THAT(refusal(options("inner/tileset.json")), HasSubstr("outside the tileset's folder"));
   TileOptions trusted = options("inner/tileset.json");
-  trusted.elsewhere = true;
+  trusted.allow_external = true;
   EXPECT_EQ(read(trusted).tiles, 1U);
 }
 

@@ -41,7 +41,7 @@ void visit(options::Visitor& v, TileOptions& o) {
            {10, 50'000});
   v.integer({"most_tiles", "", "rejects a selection of more tiles"}, o.max_tiles, 1, 1'000'000);
   v.boolean({"elsewhere", "", "follow references out of the tileset's folder or to other servers"},
-            o.elsewhere);
+            o.allow_external);
   v.text({"cache", "", "folder of downloads", "~/.cache/canyon"}, o.cache);
   v.integer({"timeout_s", "s", "timeout of a server that stops sending"}, o.timeout_s, 1, 3600);
 }

@@ -22,10 +22,10 @@ struct TileOptions {
   std::optional<std::array<double, 4>> bbox_deg;  ///< west, south, east, north
   /// Around the positions of a scenario's trajectory and receivers, if there is no box; [10, 50,000].
   double margin_m = 500;
-  int max_tiles = 2000;    ///< contents that are read; [1, 1,000,000]
-  bool elsewhere = false;  ///< tiles may be outside the tileset's folder or server
-  std::string cache;       ///< folder of downloads; empty: $XDG_CACHE_HOME/canyon or ~/.cache/canyon
-  int timeout_s = 30;      ///< timeout of a server that stops sending; [1, 3600]
+  int max_tiles = 2000;         ///< contents that are read; [1, 1,000,000]
+  bool allow_external = false;  ///< tiles may be outside the tileset's folder or server
+  std::string cache;            ///< folder of downloads; empty: $XDG_CACHE_HOME/canyon or ~/.cache/canyon
+  int timeout_s = 30;           ///< timeout of a server that stops sending; [1, 3600]
   /// Throws InputError with the field and its bound.
   void validate() const;
 };

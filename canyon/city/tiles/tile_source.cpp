@@ -130,7 +130,7 @@ std::string TileSource::resolve_path(const std::string& base, const std::string&
   const fs::path relative(meshes::percent_decoded(uri.substr(0, uri.find_first_of("?#"))));
   std::error_code error;
   const fs::path whole = fs::weakly_canonical(fs::path(base).parent_path() / relative, error);
-  if (error || (!options_.elsewhere && !is_in_folder_of(whole, root_))) {
+  if (error || (!options_.allow_external && !is_in_folder_of(whole, root_))) {
     throw InputError(fmt::format("'{}' is outside the tileset's folder and is not read", uri),
                      "if you trust the tileset, set city.tiles.elsewhere: true");
   }
@@ -140,7 +140,7 @@ std::string TileSource::resolve_path(const std::string& base, const std::string&
 std::string TileSource::resolve_web(const std::string& base, const std::string& uri) const {
   const std::string url = is_web_address(base) ? buildings::resolve_url(base, uri) : uri;
   const bool same_server = server_of(url) == server_of(root_);
-  if (!same_server && !options_.elsewhere) {
+  if (!same_server && !options_.allow_external) {
     throw InputError(
         fmt::format("'{}' is on another server than the tileset and is not read", public_address(url)),
         "if you trust the tileset, set city.tiles.elsewhere: true");
@@ -177,7 +177,7 @@ void TileSource::download(const std::vector<std::string>& addresses) {
     buildings::HttpGetOptions options;
     options.timeout_s = options_.timeout_s;
     options.largest = kMaxTile;
-    options.elsewhere = options_.elsewhere;
+    options.allow_external = options_.allow_external;
     buildings::http_get_all(left, options, [&](std::size_t i, buildings::HttpResponse&& answer) {
       const std::string& address = left[i];
       const bool busy = answer.status == 429 || answer.status >= 500;

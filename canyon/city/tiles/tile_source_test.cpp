@@ -132,7 +132,7 @@ TEST_F(WebTilesTest, OtherServersAreAskedOnlyWhereTheUserSaysSo) {
   EXPECT_EQ(city.gaps, 1U);
   EXPECT_THAT(other.requests(), IsEmpty());
   TileOptions trusting = options(server, "?key=s3cret");
-  trusting.elsewhere = true;
+  trusting.allow_external = true;
   EXPECT_EQ(read(trusting).tiles, 2U);
   EXPECT_THAT(other.requests(), ::testing::ElementsAre("/b.glb"));  // without the key
 }
@@ -196,7 +196,7 @@ TEST_F(WebTilesTest, RedirectsStayOnTheServer) {
               Contains(AllOf(HasSubstr("out.glb"), HasSubstr("redirects to another server"))));
   EXPECT_THAT(city.city.notes.warnings(), Each(Not(HasSubstr("s3cret"))));
   TileOptions trusting = options(server);
-  trusting.elsewhere = true;
+  trusting.allow_external = true;
   EXPECT_EQ(read(trusting).gaps, 2U);
 }
 

@@ -131,7 +131,7 @@ void HostedReceiver::make_rtcm() {
   if (relative::is_stream(options.corrections.from)) rtcm_.emplace(options, options_.live.seed);
 }
 
-std::string HostedReceiver::base_elsewhere() const {
+std::string HostedReceiver::base_receiver_name() const {
   const simulation::LiveConfig& config = options_.live;
   return config.base() == nullptr ? config.receiver().options.corrections.from : "";
 }
@@ -398,7 +398,7 @@ void HostBases::finish(const std::vector<HostedReceiver*>& started_receivers) {
 void HostBases::find_base(std::size_t number) {
   const Member& member = members_[number];
   HostedReceiver& rover = *member.receiver;
-  const std::string from = rover.base_elsewhere();
+  const std::string from = rover.base_receiver_name();
   if (from.empty() || links_.base_of(number)) return;
   std::optional<std::size_t> base;
   std::vector<std::string> names;
@@ -422,10 +422,10 @@ void HostBases::find_base(std::size_t number) {
                           "both the same <seed> and <start>",
                           from));
   }
-  const bool elsewhere = members_[*base].vehicle != member.vehicle;
+  const bool is_external = members_[*base].vehicle != member.vehicle;
   std::vector<simulation::ReceiverConfig> both{own.receiver(), others.receiver()};
   both[1].options.corrections = {};
-  if (elsewhere) both[1].fixed.emplace();
+  if (is_external) both[1].fixed.emplace();
   try {
     simulation::check_corrections(both, 0);
     links_.connect(number, *base, both[1].fixed.has_value(), both[0].options, own.seed);

@@ -88,7 +88,7 @@ class HostedReceiver {
   [[nodiscard]] double interval_s() const { return schedule_.interval_s(); }
 
   /// Name of the receiver of the same world whose corrections it uses; empty: none (HostBases).
-  [[nodiscard]] std::string base_elsewhere() const;
+  [[nodiscard]] std::string base_receiver_name() const;
   [[nodiscard]] simulation::LiveReceiver& receiver() { return (*run_)[0]; }
   [[nodiscard]] const simulation::LiveReceiver& receiver() const { return (*run_)[0]; }
   /// The epoch of the last finish(), until the next begin(); null: none.

@@ -128,7 +128,7 @@ class MavlinkPoses final : public PoseDecoder {
   void set_position(PoseReport& report, std::string_view name, double latitude_deg, double longitude_deg,
                     double height_m) {
     // Autopilots without a fix send 0, 0 or the maximum integers.
-    if (simulation::is_nowhere(latitude_deg, longitude_deg))
+    if (simulation::is_null_island(latitude_deg, longitude_deg))
       complaints_.add(fmt::format("{} at latitude 0, longitude 0, as before a fix", name));
     else if (is_on_earth(latitude_deg, longitude_deg) && std::isfinite(height_m))
       report.position = geodesy::Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);

@@ -225,7 +225,7 @@ struct Session::Impl {
       const auto n = static_cast<std::int64_t>(names.size());
       const std::int64_t offset_ns =
           options.stagger ? schedule.interval_ns() * static_cast<std::int64_t>(r) / n : 0;
-      vehicle.receivers.push_back({r, schedule.behind(offset_ns)});
+      vehicle.receivers.push_back({r, schedule.lagging(offset_ns)});
     };
     for (const simulation::PoseSourceOptions& source : options.poses) {
       Vehicle& vehicle = vehicles.emplace_back();

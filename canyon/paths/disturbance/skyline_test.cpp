@@ -129,7 +129,7 @@ TEST(Skyline, EdgesWeakenAsTheDiffractionOverThem) {
     EXPECT_EQ(skyline.level_db({from.x(), from.y(), -from.z()}), skyline.level_db(from));  // by the ground
     return skyline.level_db(from);
   };
-  int behind = 0;
+  int after = 0;
   for (int i = 0; i < 300; ++i) {
     skyline.go_to({45.0 * i, 0}, 2);
     const double top = skyline.top_rad(2);
@@ -147,9 +147,9 @@ TEST(Skyline, EdgesWeakenAsTheDiffractionOverThem) {
     // nu = angle sqrt(2 d / wavelength) with 2 to 30 m, plus the loss by a radius of 1 m.
     EXPECT_LT(rounded, -13 - 20 * std::log10(radians(20) * std::sqrt(2 * 2 / 0.19)));
     EXPECT_GT(rounded, -13 - 20 * std::log10(radians(20) * std::sqrt(2 * 30 / 0.19)) - 20);
-    ++behind;
+    ++after;
   }
-  EXPECT_GT(behind, 50);
+  EXPECT_GT(after, 50);
 }
 
 TEST(Skyline, IsEmptyWhereTheSurroundingsHaveNone) {

@@ -362,10 +362,10 @@ TEST(OneWall, SharedAndCoincidentWallsGiveOnePath) {
     }
   }
   // A tall building behind a low one, with a common wall: only the part above the low roof reflects.
-  Mesh behind;
-  append(behind, {-100, 20, 0}, {100, 30, 10});
-  append(behind, {-100, 30, 0}, {100, 40, 100});
-  const World world(behind);
+  Mesh after;
+  append(after, {-100, 20, 0}, {100, 30, 10});
+  append(after, {-100, 30, 0}, {100, 40, 100});
+  const World world(after);
   // At 25 deg the leg passes the low facade at 2 + 20 tan(el) = 11.3 m, over its roof of 10 m; at 14.2 deg
   // at 7.1 m.
   const SatellitePaths high = world.trace({0, 0, 2}, direction(180, 25));

@@ -115,9 +115,9 @@ void SecondOrderSearch::find_pairs(const raytrace::RayScene& scene, std::span<co
     std::size_t first_set = 0;
     if (near_set == 0 && near_pairs_ != nullptr) {
       near.beam.apex = apex;
-      const NearPairs::Matches behind = near_pairs_->behind(facing.facet[k]);
-      if (behind.held) {
-        reflect(scene, near, set, behind.matches, directions, limits);
+      const NearPairs::Matches after = near_pairs_->back_facets(facing.facet[k]);
+      if (after.held) {
+        reflect(scene, near, set, after.matches, directions, limits);
         if (++first_set == sets.size()) continue;
       }
     }

@@ -104,8 +104,8 @@ class Solver {
   Fix attempt(bool position_known) {
     Fix fix;
     double step = std::numeric_limits<double>::infinity();
-    const Eigen::Vector3d nowhere = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
-    Eigen::Vector3d looked_at = nowhere;
+    const Eigen::Vector3d unknown = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+    Eigen::Vector3d looked_at = unknown;
     const auto is_looked_up = [&] { return (position_ - looked_at).norm() < kLookedUp_m; };
     int looks = 0;
     while (fix.iterations < options_.max_iterations) {
@@ -132,7 +132,7 @@ class Solver {
       position_known = near;
       if (near || looks == 0) continue;
       forget_looks();
-      looked_at = nowhere;
+      looked_at = unknown;
       looks = 0;
     }
     // A weak geometry amplifies the rounding of ranges (about 1e-8 m) above the criterion: it has converged.

@@ -55,14 +55,14 @@ std::size_t BaselineState::add(const BaselineSlot& slot, double value, double va
 }
 
 void BaselineState::remove(std::size_t slot) {
-  const Index at = index(slot), last = x.size() - 1, behind = last - at;
+  const Index at = index(slot), last = x.size() - 1, after = last - at;
   // The columns before the rows: blocks overlap, and Eigen copies these in memory order.
   for (Index i = at; i < last; ++i) {
     x(i) = x(i + 1);
     p.col(i) = p.col(i + 1);
   }
   for (Index j = 0; j < last; ++j)
-    for (Index i = at; i < at + behind; ++i) p(i, j) = p(i + 1, j);
+    for (Index i = at; i < at + after; ++i) p(i, j) = p(i + 1, j);
   x.conservativeResize(last);
   p.conservativeResize(last, last);
   slots.erase(slots.begin() + static_cast<std::ptrdiff_t>(slot));

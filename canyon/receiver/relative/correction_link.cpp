@@ -84,9 +84,9 @@ void CorrectionLink::send(geodesy::GpsTime time, std::shared_ptr<const Correctio
     corrections = std::make_shared<const Corrections>(std::move(wrong));
   }
   Sent sent{time + (options_.latency_s + late * options_.jitter_s), std::move(corrections)};
-  const auto behind = std::upper_bound(in_transit_.begin(), in_transit_.end(), sent,
-                                       [](const Sent& a, const Sent& b) { return a.due < b.due; });
-  in_transit_.insert(behind, std::move(sent));
+  const auto after = std::upper_bound(in_transit_.begin(), in_transit_.end(), sent,
+                                      [](const Sent& a, const Sent& b) { return a.due < b.due; });
+  in_transit_.insert(after, std::move(sent));
 }
 
 std::shared_ptr<const Corrections> CorrectionLink::take(geodesy::GpsTime time) {

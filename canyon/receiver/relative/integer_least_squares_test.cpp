@@ -57,12 +57,12 @@ std::vector<double> exhaustive(const VectorXd& real, const MatrixXd& q, double r
 
 TEST(IntegerLeastSquares, FindsWhatExhaustiveSearchFinds) {
   std::mt19937 random(5);
-  std::uniform_real_distribution<double> anywhere(-100, 100);
+  std::uniform_real_distribution<double> uniform(-100, 100);
   for (int trial = 0; trial < 4000; ++trial) {
     const int n = 1 + trial % 4;
     const MatrixXd q = random_covariance(random, n, 0.4 + 0.6 * (trial % 3), 0.1);
     VectorXd real(n);
-    for (int i = 0; i < n; ++i) real(i) = anywhere(random);
+    for (int i = 0; i < n; ++i) real(i) = uniform(random);
     const auto found = integer_least_squares(real, q, {1, 1e9});
     ASSERT_TRUE(found);
     EXPECT_NEAR(found->best_distance, distance(real, found->best, q), 1e-6 * (1 + found->best_distance));

@@ -106,10 +106,10 @@ void ChannelModel::receive(std::span<const propagation::Interference> waves,
                            std::vector<ReceivedWave>& received) const {
   received.clear();
   for (const propagation::Interference& wave : waves) {
-    ReceivedWave& behind = received.emplace_back(ReceivedWave{wave.spectrum, wave.copy_of, {}});
+    ReceivedWave& after = received.emplace_back(ReceivedWave{wave.spectrum, wave.copy_of, {}});
     for (const signal::Band band : {signal::Band::Lower, signal::Band::Upper}) {
       if (!options_.antenna.receives(band)) continue;
-      behind.over_noise_hz[static_cast<std::size_t>(band)] =
+      after.over_noise_hz[static_cast<std::size_t>(band)] =
           std::pow(10, (wave.power_dbw - noise_dbw_per_hz_) / 10) * gain_for(options_.antenna, wave, band);
     }
   }
@@ -244,8 +244,8 @@ void Channel::choose_path(const ChannelModel::Kind& kind, const SignalOptions& o
   constexpr double kMinHere = 0.03;
   const unsigned signal_bit = 1U << gnss::index_of(*signal_);
   double strongest = -1;
-  double strongest_anywhere = -1;
-  std::size_t anywhere = 0;
+  double strongest_of_all = -1;
+  std::size_t uniform = 0;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const Path& path = paths[i];
     if ((path.signals & signal_bit) == 0) amplitudes_[i] = 0;
@@ -253,9 +253,9 @@ void Channel::choose_path(const ChannelModel::Kind& kind, const SignalOptions& o
     const double near =
         loop_ ? std::abs(correlation.value((loop_->delay_m - path.excess_m) / correlation.chip_m())) : 1;
     // A loop with a code lock ignores a spoofer's code that is far off.
-    if (amplitude > strongest_anywhere && (path.kind != PathKind::Transmitted || near >= kMinHere)) {
-      strongest_anywhere = amplitude;
-      anywhere = i;
+    if (amplitude > strongest_of_all && (path.kind != PathKind::Transmitted || near >= kMinHere)) {
+      strongest_of_all = amplitude;
+      uniform = i;
     }
     if (!loop_) continue;
     const double here = amplitude * near;
@@ -265,7 +265,7 @@ void Channel::choose_path(const ChannelModel::Kind& kind, const SignalOptions& o
     }
   }
   // Below it the replica conflicts with all paths, and the carrier is that of another one.
-  if (strongest < kMinHere * strongest_anywhere) tracked_ = anywhere;
+  if (strongest < kMinHere * strongest_of_all) tracked_ = uniform;
 }
 
 void Channel::fade_paths(const ChannelModel::Kind& kind, const ChannelModel& model,

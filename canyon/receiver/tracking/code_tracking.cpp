@@ -87,11 +87,11 @@ CodeTracker::CodeTracker(const CorrelationOptions& signal, const DllOptions& loo
   // The highest peak of |R| after the first zero of R: BOC(6,1) causes ripples on the main peak.
   constexpr double kGrid = 1.0 / 512;
   double highest = 0.25 * correlation_.value(0);
-  bool behind = false;
+  bool after = false;
   for (double at = kGrid; at < 1; at += kGrid) {
     const double r = correlation_.value(at);
-    behind = behind || r < 0;
-    if (!behind || std::abs(r) <= highest) continue;
+    after = after || r < 0;
+    if (!after || std::abs(r) <= highest) continue;
     highest = std::abs(r);
     side_peak_chips_ = at;
   }

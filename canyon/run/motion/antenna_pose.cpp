@@ -25,9 +25,9 @@ bool clamp_to_terrain(Pose& pose, const city::City& city, const raytrace::RaySce
   const Eigen::Vector3d direction = velocity * kAround_s;
   const double ahead =
       scene.terrain_height(at.x() + direction.x(), at.y() + direction.y()).value_or(*terrain);
-  const double behind =
+  const double after =
       scene.terrain_height(at.x() - direction.x(), at.y() - direction.y()).value_or(*terrain);
-  velocity.z() = (ahead - behind) / (2 * kAround_s);
+  velocity.z() = (ahead - after) / (2 * kAround_s);
   at.z() = *terrain + height_m;
   pose.position = frame.geodetic_from_local(at);
   pose.velocity_enu_mps = city_from_enu.transpose() * velocity;

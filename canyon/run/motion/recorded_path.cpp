@@ -51,12 +51,12 @@ void keep_rising(RecordedPath& path) {
   std::nth_element(times.begin(), middle, times.end());
   // The longest increasing subsequence, searched from the end: latest[n] begins the one of n + 1 points with
   // the latest begin; behind[i] follows point i.
-  std::vector<std::size_t> latest, behind(points.size(), points.size());
+  std::vector<std::size_t> latest, after(points.size(), points.size());
   for (std::size_t i = points.size(); i-- > 0;) {
     if (std::abs(points[i].time - *middle) > kYear_s) continue;
     const auto at = std::partition_point(latest.begin(), latest.end(),
                                          [&](std::size_t j) { return points[j].time > points[i].time; });
-    if (at != latest.begin()) behind[i] = *std::prev(at);
+    if (at != latest.begin()) after[i] = *std::prev(at);
     if (at == latest.end())
       latest.push_back(i);
     else
@@ -69,7 +69,7 @@ void keep_rising(RecordedPath& path) {
     const RecordedPoint& point = points[i];
     if (i == next) {
       kept.push_back(point);
-      next = behind[i];
+      next = after[i];
     } else if (!kept.empty() && point.time == kept.back().time) {
       // Times truncated to seconds would drop most of a log.
       const Eigen::Vector3d step =
@@ -142,7 +142,7 @@ Geodetic position_of(const RecordAt& at, double latitude_deg, double longitude_d
   };
   check("latitude", latitude_deg, 90);
   check("longitude", longitude_deg, 180);
-  if (is_nowhere(latitude_deg, longitude_deg))
+  if (is_null_island(latitude_deg, longitude_deg))
     throw NoValue(at.report.path(), at.line, "latitude 0, longitude 0, as before a fix");
   return Geodetic::from_degrees(latitude_deg, longitude_deg, 0);
 }

@@ -82,11 +82,11 @@ void guard_record(ReadReport& report, const Read& read) {
 /// number_of(), or an InputError that names `what`; NoValue for a no-data text.
 [[nodiscard]] double to_number(const RecordAt& at, std::string_view text, std::string_view what);
 /// Whether it is latitude 0, longitude 0, which receivers and autopilots report before a fix.
-[[nodiscard]] constexpr bool is_nowhere(double latitude_deg, double longitude_deg) {
+[[nodiscard]] constexpr bool is_null_island(double latitude_deg, double longitude_deg) {
   return latitude_deg == 0 && longitude_deg == 0;
 }
 /// Degrees as a position of height 0; an InputError for values beyond 90 and 180 deg, NoValue if
-/// is_nowhere().
+/// is_null_island().
 [[nodiscard]] geodesy::Geodetic position_of(const RecordAt& at, double latitude_deg, double longitude_deg);
 /// Whether this is a possible distance of a vehicle from the Earth's centre [m].
 [[nodiscard]] constexpr bool is_radius(double radius_m) {

@@ -37,7 +37,7 @@ struct TrackPoint {
 };
 
 /// "11.0,48.0,500 ..." from "11.0, 48.0, 500 ...", which some programs write.
-std::string without_blanks_behind_commas(std::string_view text) {
+std::string without_blanks_after_commas(std::string_view text) {
   std::string result;
   for (const char c : text) {
     const bool blank = c == ' ' || c == '\t';
@@ -201,7 +201,7 @@ class TrackReader {
   /// The points of an element `coordinates`.
   std::vector<TrackPoint> kml_points(const XmlTags& tags, std::string_view mode) {
     std::vector<TrackPoint> points;
-    const std::string positions = without_blanks_behind_commas(tags.content);
+    const std::string positions = without_blanks_after_commas(tags.content);
     for (const std::string_view tuple : split_blanks(positions)) {
       TrackPoint& point = points.emplace_back();
       point.line = tags.line();

@@ -77,7 +77,7 @@ class Correlator {
     waveform.send(base_, static_cast<std::size_t>(0.3 * slot_rate_hz_), slots_);
   }
   /// Power of a replica with this delay relative to the direct path.
-  [[nodiscard]] double power(double behind_m) const {
+  [[nodiscard]] double power(double distance_m) const {
     std::complex<double> sum;
     const auto half = static_cast<std::size_t>(0.008 * rate_hz_);
     const std::size_t middle = kept_.values.size() / 2;
@@ -85,7 +85,7 @@ class Correlator {
       const double t = static_cast<double>(n) / rate_hz_;
       const double delay_s = direct_s(t);
       const auto slot = static_cast<std::int64_t>(
-          std::floor((t - delay_s - group_delay_s_ - behind_m / kSpeedOfLight) * slot_rate_hz_));
+          std::floor((t - delay_s - group_delay_s_ - distance_m / kSpeedOfLight) * slot_rate_hz_));
       sum += std::complex<double>(kept_.values[n]) *
              static_cast<double>(slots_.re[static_cast<std::size_t>(slot - base_)]) *
              std::polar(1.0, kTwoPi * std::remainder(delay_s * carrier_hz_, 1));

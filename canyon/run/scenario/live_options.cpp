@@ -170,7 +170,7 @@ void check_base(options::Visitor& v, const LiveConfig& config) {
     if (relative::is_stream(from))
       throw v.fault("from", fmt::format("'{}' is a stream, which hosts do not read", from),
                     "run it by canyon live, or give a base: {fixed: ...} and use its name");
-    if (config.bases_elsewhere && config.base() == nullptr) return;
+    if (config.allow_external_base && config.base() == nullptr) return;
     try {
       check_corrections(config.receivers, 0);
     } catch (const InputError& e) {
@@ -203,7 +203,7 @@ void visit(options::Visitor& v, LiveConfig& config) {
   visit_base(v, config);
   // Settings for all receivers of a world name their base; the base itself uses no corrections.
   std::string& from = receiver.options.corrections.from;
-  if (v.reads() && config.bases_elsewhere && from == receiver.options.name) from.clear();
+  if (v.reads() && config.allow_external_base && from == receiver.options.name) from.clear();
   if (v.reads() && has_base(config.receiver().options)) config.sky.errors.enabled.set_default(true);
   warn_of_idle_noise(v, config);
   v.validate(config.receiver().options);

@@ -212,7 +212,7 @@ struct LiveConfig : Scenario {
   explicit LiveConfig(Scenario scenario) : Scenario(std::move(scenario)) {}
 
   /// `corrections.from` may name another receiver of the host's world.
-  bool bases_elsewhere = false;
+  bool allow_external_base = false;
   /// The host supplies the samples of Scenario::sensors in each step (LiveReceiver::observe()).
   bool with_sensors = false;
 

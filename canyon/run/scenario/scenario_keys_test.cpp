@@ -452,12 +452,12 @@ std::map<std::string, std::string> all_scenarios(const TemporaryFolder& folder) 
 
 TEST(ScenarioYaml, ReadsBackToTheBit) {
   const TemporaryFolder folder;
-  const TemporaryFolder elsewhere;
+  const TemporaryFolder far_away;
   for (const auto& [name, text] : all_scenarios(folder)) {
     const Scenario scenario = parse_scenario(text, folder / "s.yaml");
     const std::string shown = scenario_yaml(scenario);
     Scenario again;
-    ASSERT_NO_THROW(again = parse_scenario(shown, elsewhere / "t.yaml")) << name << "\n" << shown;
+    ASSERT_NO_THROW(again = parse_scenario(shown, far_away / "t.yaml")) << name << "\n" << shown;
     EXPECT_EQ(options::exact_text(again), options::exact_text(scenario)) << name;
     EXPECT_EQ(scenario_yaml(again), shown) << name;
     EXPECT_EQ(again.warnings, scenario.warnings) << name;

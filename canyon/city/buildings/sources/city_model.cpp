@@ -541,11 +541,11 @@ MapData CityModel::finish(const std::filesystem::path& name) {
     for (const std::string& line : tally_.notes.lines())
       if (line.starts_with("left out ")) why += (why.empty() ? " (" : ", ") + line;
     if (!why.empty()) why += ")";
-    const bool elsewhere = why.find(kElsewhere) != std::string::npos;
+    const bool is_external = why.find(kElsewhere) != std::string::npos;
     throw InputError(name, 0,
                      fmt::format("has no building or other object with a geometry up to LoD {}{}",
                                  options_.model.lod_text(), why),
-                     elsewhere
+                     is_external
                          ? "check its reference system; eastings with their zone in front (32691000) are "
                            "EPSG:4647 and the like (--crs)"
                          : "give a file with buildings, or a higher lod");

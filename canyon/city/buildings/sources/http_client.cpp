@@ -28,11 +28,11 @@ struct Incoming {
   HttpResponse answer;
   std::uint64_t largest = 0;
   bool too_large = false;
-  bool elsewhere = false;    ///< redirects to other servers are followed
-  std::string url;           ///< of the current reply, after redirects
-  bool redirects = false;    ///< its status is 3xx
-  bool from_public = false;  ///< a redirect came from a public address
-  std::string refused;       ///< why a redirect is not followed
+  bool allow_external = false;  ///< redirects to other servers are followed
+  std::string url;              ///< of the current reply, after redirects
+  bool redirects = false;       ///< its status is 3xx
+  bool from_public = false;     ///< a redirect came from a public address
+  std::string refused;          ///< why a redirect is not followed
   CURL* handle = nullptr;
 
   /// Handles a Location header. False if it is not followed.
@@ -64,7 +64,7 @@ bool Incoming::redirect(const std::string& to) {
   const bool upgrade = scheme == "http" && port == "80" && next_scheme == "https" && next_port == "443";
   const bool same = next_host == host && (upgrade || (next_scheme == scheme && next_port == port));
   if (scheme == "https" && next_scheme != "https") refused = "from https to http";
-  if (!same && !elsewhere) refused = fmt::format("to another server, {}", next_host);
+  if (!same && !allow_external) refused = fmt::format("to another server, {}", next_host);
   const char* ip = nullptr;
   curl_easy_getinfo(handle, CURLINFO_PRIMARY_IP, &ip);
   from_public = from_public || (ip != nullptr && *ip != '\0' && !is_private_address(ip));
@@ -141,7 +141,7 @@ struct Request {
         handle(curl_easy_init(), &curl_easy_cleanup) {
     if (!handle) throw InputError("libcurl cannot make a request");
     incoming.largest = options.largest;
-    incoming.elsewhere = options.elsewhere;
+    incoming.allow_external = options.allow_external;
     incoming.url = url;
     incoming.handle = handle.get();
     set(CURLOPT_URL, url.c_str());
@@ -288,7 +288,7 @@ HttpResponse http_post(const std::string& url, const std::string& data, int time
   require_curl();
   HttpGetOptions options;
   options.timeout_s = timeout_s;
-  options.elsewhere = true;
+  options.allow_external = true;
   Request request(0, url, options);
   CURL* curl = request.handle.get();
   const std::unique_ptr<char, decltype(&curl_free)> escaped(

@@ -30,7 +30,7 @@ struct HttpGetOptions {
   int timeout_s = 30;                              ///< of a connection, and of a server that stops sending
   int connections = 8;                             ///< in parallel
   std::uint64_t largest = std::uint64_t{1} << 30;  ///< maximum bytes of a reply
-  bool elsewhere = false;                          ///< follow redirects to other servers
+  bool allow_external = false;                     ///< follow redirects to other servers
 };
 
 /// Gets http or https addresses, several in parallel, each following at most five redirects: on the same

@@ -157,9 +157,9 @@ std::string plain_osm_xml(std::string_view xml) {
     at = open;
     if (xml.substr(at, 4) == "<!--") {
       const std::size_t end = xml.find("-->", at);
-      const std::size_t behind = end == std::string_view::npos ? xml.size() : end + 3;
-      plain += xml.substr(at, behind - at);
-      at = behind;
+      const std::size_t after = end == std::string_view::npos ? xml.size() : end + 3;
+      plain += xml.substr(at, after - at);
+      at = after;
       continue;
     }
     const std::string_view tag = xml.substr(at, xml.find_first_of(" \t\r\n/>", at + 1) - at);

@@ -346,12 +346,12 @@ void NearEdges::append(std::uint32_t index, const Edge& from, const Vector3d& an
 
 void NearEdges::pad() {
   resize((edge.size() + kLanes - 1) / kLanes * kLanes);
-  const auto behind = static_cast<std::ptrdiff_t>(edge.size());
+  const auto after = static_cast<std::ptrdiff_t>(edge.size());
   for (auto* v : {&along_x, &along_y, &along_z, &foot_x, &foot_y, &foot_z, &squared_distance, &first_x,
                   &first_y, &first_z, &second_x, &second_y, &second_z})
-    std::fill(v->begin() + behind, v->end(), 0.0F);
-  std::fill(low.begin() + behind, low.end(), 2.0F);
-  std::fill(high.begin() + behind, high.end(), -2.0F);
+    std::fill(v->begin() + after, v->end(), 0.0F);
+  std::fill(low.begin() + after, low.end(), 2.0F);
+  std::fill(high.begin() + after, high.end(), -2.0F);
 }
 
 void mark_diffracting(const NearEdges& near, const Vector3d& s, double max_excess_m,

@@ -21,7 +21,7 @@ void NearPairs::hold(const FacetSet& set, const BeamIndex& beams, const Vector3d
   matches_.clear();
 }
 
-NearPairs::Matches NearPairs::behind(std::uint32_t facet) {
+NearPairs::Matches NearPairs::back_facets(std::uint32_t facet) {
   const auto at = std::lower_bound(entries_.begin(), entries_.end(), facet,
                                    [](const Entry& entry, std::uint32_t of) { return entry.facet < of; });
   if (at != entries_.end() && at->facet == facet)

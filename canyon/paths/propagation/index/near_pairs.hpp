@@ -28,7 +28,7 @@ class NearPairs {
     bool held = false;
     std::span<const BeamIndex::Match> matches;
   };
-  [[nodiscard]] Matches behind(std::uint32_t facet);
+  [[nodiscard]] Matches back_facets(std::uint32_t facet);
 
  private:
   /// Matches [begin, end).

@@ -213,9 +213,9 @@ bool SteadyCells::solve(const TileCells& cells, geodesy::GpsTime time, std::span
   for (std::size_t first = 0; first < blocks.down; first += kBandRows) {
     const std::size_t last = std::min(first + kBandRows, blocks.down);
     if (!only_nodes) {
-      const std::size_t behind = std::min(last + 1, blocks.down);
-      spread(behind - traced, [&](std::size_t row) { trace_row(traced + row); });
-      traced = behind;
+      const std::size_t after = std::min(last + 1, blocks.down);
+      spread(after - traced, [&](std::size_t row) { trace_row(traced + row); });
+      traced = after;
     }
     spread(last - first, [&](std::size_t row) { solve_row(first + row); });
     blocks.forget(first > 0 ? first - 1 : 0, last - 1);

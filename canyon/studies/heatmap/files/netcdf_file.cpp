@@ -94,8 +94,8 @@ bool is_as_closed(const std::filesystem::path& path) {
 void become_expendable() {
   prctl(PR_SET_DUMPABLE, 0);
   for (const int end : {SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGSEGV}) std::signal(end, SIG_DFL);
-  const int nowhere = ::open("/dev/null", O_RDWR | O_CLOEXEC);
-  for (const int out : {STDOUT_FILENO, STDERR_FILENO}) dup2(nowhere, out);
+  const int unknown = ::open("/dev/null", O_RDWR | O_CLOEXEC);
+  for (const int out : {STDOUT_FILENO, STDERR_FILENO}) dup2(unknown, out);
   mallopt(M_PERTURB, 0xA5);  // reads beyond the end, or before the beginning, give no valid pointer
   const auto bound = [](auto resource, rlim_t maximum) {
     rlimit limit{};

@@ -511,8 +511,8 @@ TEST(TileTracer, SkyViewBesideAWallAndInTheOpen) {
   const TileTracer open(field, model(Model::Specular), kMask);
   open.sky_view(open.cells(grid, whole(grid), nullptr, 2, AltitudeKind::AboveTerrain), fraction);
   for (const float each : fraction) EXPECT_EQ(each, 1);
-  const Area nowhere{{{{500, 500}, {501, 500}, {500, 501}}}};
-  open.sky_view(open.cells(grid, whole(grid), &nowhere, 2, AltitudeKind::AboveTerrain), fraction);
+  const Area unknown{{{{500, 500}, {501, 500}, {500, 501}}}};
+  open.sky_view(open.cells(grid, whole(grid), &unknown, 2, AltitudeKind::AboveTerrain), fraction);
   for (const float each : fraction) EXPECT_TRUE(std::isnan(each));
 }
 

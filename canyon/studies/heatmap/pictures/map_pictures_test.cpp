@@ -266,11 +266,11 @@ TEST(MapPictures, TimesWithinASecondAreToldApart) {
 
 TEST(MapPictures, MapsOfNothing) {
   const TemporaryFolder folder;
-  MadeUpMap nowhere(10, 10);
-  nowhere.value = [](Layer, std::size_t, std::uint32_t, std::uint32_t) { return kNaN; };
-  write_map_pictures(folder / "nan", nowhere.source(), {});
-  nowhere.missing_tiles = {0};
-  write_map_pictures(folder / "missing", nowhere.source(), {});
+  MadeUpMap unknown(10, 10);
+  unknown.value = [](Layer, std::size_t, std::uint32_t, std::uint32_t) { return kNaN; };
+  write_map_pictures(folder / "nan", unknown.source(), {});
+  unknown.missing_tiles = {0};
+  write_map_pictures(folder / "missing", unknown.source(), {});
   for (const char* name : {"nan", "missing"}) {
     const PngPixels png(test::read_bytes(folder / name / "map.png"));
     EXPECT_GT(png.width(), 800);
