@@ -116,10 +116,10 @@ class CalibrationDrive : public RecordedDrive {
     const validation::Comparison comparison = simulate(receiver);
     Rows rows;
     rows.fitted.name = prefix_ + "calibrated by";
-    rows.fitted.headlines = validation::headlines(metrics_of(comparison, first_part_));
+    rows.fitted.key_metrics = validation::key_metrics(metrics_of(comparison, first_part_));
     rows.bound.name = fmt::format("{}recorded {}", prefix_, first_part_.name);
-    rows.bound.headlines = validation::headlines_by_other_part(comparison, part_.first, part_.count,
-                                                               first_part_.first, first_part_.count);
+    rows.bound.key_metrics = validation::headlines_by_other_part(comparison, part_.first, part_.count,
+                                                                 first_part_.first, first_part_.count);
     validation::ModelMetrics metrics = metrics_of(comparison, part_);
     add_reported_fixes(metrics, comparison);
     rows.held_out = row_of(prefix_ + called, metrics, comparison, {});
@@ -146,7 +146,7 @@ std::vector<validation::RecordingRow> alternately(const std::vector<validation::
 /// The expected result for the held-out part, from the calibrated part.
 std::string expectation_of(const std::vector<validation::RecordingRow>& fitted) {
   validation::Score score;
-  for (const validation::RecordingRow& row : fitted) score += validation::score_of(row.headlines);
+  for (const validation::RecordingRow& row : fitted) score += validation::score_of(row.key_metrics);
   return fmt::format(
       "{} of {} metrics are within their ranges on the calibrated part; the held-out part will not be better",
       score.within, score.of);

@@ -79,7 +79,7 @@ void warn_of_few_samples(std::size_t count, std::string_view option) {
     print_warnings({fmt::format("{}: give {} {}", *caution, option, kMinCountFor90)});
 }
 
-Option& add_known(Command& command, std::string& known) {
+Option& add_fixed_unknowns(Command& command, std::string& known) {
   return command.add_option(
       "--known", known, "LIST",
       fmt::format("unknowns that are not sampled, of {}", fmt::join(unknowns::names(), ", ")));

@@ -387,7 +387,7 @@ std::string layer_list() {
 
 std::string model_list() {
   std::string text;
-  for (const validation::Model& model : validation::model_ladder({}))
+  for (const validation::Model& model : validation::cumulative_models({}))
     text += (text.empty() ? "" : ", ") + model.key;
   return text;
 }
@@ -464,7 +464,7 @@ void add_heatmap(Command& app) {
                   "median, p05, p25, p75 and p95 bound the intervals that contain 50 and 90 % of them")
       .within(2, kMaxRuns)
       .excludes("--runs");
-  add_known(command, arguments.known).needs("--unknowns");
+  add_fixed_unknowns(command, arguments.known).needs("--unknowns");
   add_threads(command, arguments.threads);
   arguments.grid.tile_size = 0;
   add_field(command, "--tile", arguments.grid, "tile_size");

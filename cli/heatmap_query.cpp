@@ -113,8 +113,8 @@ int query_point(const HeatmapQueryArguments& arguments, const StoredMap& map) {
   geodesy::check_geodetic(position, "--at");
   const Vector2d enu = map.frame().local_from_geodetic(position).head<2>();
   const GpsTime time = arguments.time.empty() ? map.times().front() : parse_instant(arguments.time);
-  const std::optional<heatmap::MapSample> answer = map.at(enu, altitude_of(arguments, map), time);
-  if (!answer) {
+  const std::optional<heatmap::MapSample> result = map.at(enu, altitude_of(arguments, map), time);
+  if (!result) {
     if (map.at({map.grid().centre(0, 0)}, map.altitudes_m().front(), time)) {
       throw InputError(fmt::format("--at {} is outside the map", arguments.position),
                        "it extends from " + bounds_text(map));
@@ -126,24 +126,24 @@ int query_point(const HeatmapQueryArguments& arguments, const StoredMap& map) {
     Json out{{"latitude_deg", geodesy::degrees(position.latitude_rad)},
              {"longitude_deg", geodesy::degrees(position.longitude_rad)},
              {"enu_m", {enu.x(), enu.y()}},
-             {"altitude_m", answer->altitude_m},
+             {"altitude_m", result->altitude_m},
              {"motion", map.motion()},
-             {"time_utc", geodesy::format_utc(answer->time)},
-             {"state", state_word(answer->state)},
+             {"time_utc", geodesy::format_utc(result->time)},
+             {"state", state_word(result->state)},
              {"values", Json::object()}};
     for (std::size_t k = 0; k < map.layers().size(); ++k)
-      out["values"][std::string(heatmap::info(map.layers()[k]).name)] = answer->values[k];
+      out["values"][std::string(heatmap::info(map.layers()[k]).name)] = result->values[k];
     fmt::print("{}\n", out.dump(2, Json::Order::ByKey));
     return kOk;
   }
   fmt::print("{:.7f}, {:.7f} (east {:.2f}, north {:.2f} m), {}, {}, receiver {}: {}\n\n",
              geodesy::degrees(position.latitude_rad), geodesy::degrees(position.longitude_rad), enu.x(),
-             enu.y(), altitude_text(map, answer->altitude_m), geodesy::format_utc(answer->time, 0),
-             map.motion(), state_word(answer->state));
+             enu.y(), altitude_text(map, result->altitude_m), geodesy::format_utc(result->time, 0),
+             map.motion(), state_word(result->state));
   std::vector<TextRow> rows;
   for (std::size_t k = 0; k < map.layers().size(); ++k) {
     const heatmap::LayerInfo& about = heatmap::info(map.layers()[k]);
-    rows.push_back({std::string(about.name), metric(answer->values[k]), std::string(about.unit)});
+    rows.push_back({std::string(about.name), metric(result->values[k]), std::string(about.unit)});
   }
   print_table({"layer", "value", "unit"}, rows);
   return kOk;
@@ -244,10 +244,10 @@ void print_json(const RouteReport& report, const StoredMap& map) {
                {"latitude_deg", geodesy::degrees(position.latitude_rad)},
                {"longitude_deg", geodesy::degrees(position.longitude_rad)},
                {"time_utc", geodesy::format_utc(station.time)},
-               {"state", station.answer ? state_word(station.answer->state) : "outside the map"}};
-    if (station.answer)
+               {"state", station.result ? state_word(station.result->state) : "outside the map"}};
+    if (station.result)
       for (std::size_t k = 0; k < map.layers().size(); ++k)
-        entry[std::string(heatmap::info(map.layers()[k]).name)] = station.answer->values[k];
+        entry[std::string(heatmap::info(map.layers()[k]).name)] = station.result->values[k];
     out["stations"].push_back(std::move(entry));
   }
   fmt::print("{}\n", out.dump(2, Json::Order::ByKey));

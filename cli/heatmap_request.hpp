@@ -17,7 +17,7 @@ struct HeatmapArguments {
   std::string scenario, out;
   std::string bbox, enu_box, area;
   heatmap::Grid grid;  ///< spacing; tile_size: 0 is not given
-  heatmap::DrawOptions noise;
+  heatmap::MonteCarloOptions noise;
   heatmap::CellReceiverOptions receivers;
   heatmap::LimitOptions limits;
   simulation::MapOptions motion;

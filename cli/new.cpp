@@ -301,7 +301,7 @@ class ScenarioWriter {
     const fs::path& file = files_.tracks.front();
     simulation::RecordedPath path =
         simulation::read_recorded_path(file, draft.trajectory.format, start_, {!on_terrain, 0});
-    if (path.timed) simulation::keep_rising(path);
+    if (path.timed) simulation::drop_unordered(path);
     // The longest part on the city's ground.
     const auto& points = path.points;
     std::size_t first = 0, count = 0, run = 0;

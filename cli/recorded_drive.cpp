@@ -202,10 +202,10 @@ validation::RecordingRow RecordedDrive::row_of(const std::string& name,
   row.receiver_class = recorded_.receiver_class;
   row.part = metrics.part;
   row.never_tracked = validation::never_tracked_text(metrics);
-  row.headlines = validation::headlines(metrics);
+  row.key_metrics = validation::key_metrics(metrics);
   validation::MetricOptions options;
   options.resamples = kResamples;
-  validation::add_intervals(row.headlines, comparison, part_.first, part_.count, options, runs);
+  validation::add_intervals(row.key_metrics, comparison, part_.first, part_.count, options, runs);
   return row;
 }
 

@@ -128,7 +128,7 @@ class RecordedDrive {
   void choose_parts();
   void align();
 
-  validation::RedrawnCity redrawn_;
+  validation::ResampledCity redrawn_;
   std::optional<std::vector<validation::NeverTracked>> never_tracked_;  ///< empty until known
 };
 

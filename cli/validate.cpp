@@ -28,7 +28,7 @@ namespace {
 struct EnsembleArguments : DriveArguments {
   std::optional<int> samples;
   std::string known;
-  bool unsaid = false;
+  bool forget_unknowns = false;
 };
 
 using FixedUnknowns = std::vector<unknowns::Unknown>;
@@ -44,7 +44,7 @@ class EnsembleDrive : public RecordedDrive {
  public:
   EnsembleDrive(const EnsembleArguments& arguments, const validation::ListedRecording& recording, bool listed)
       : RecordedDrive(arguments, recording, listed), arguments_(arguments) {
-    if (arguments.unsaid) unknowns::forget(scenario_);
+    if (arguments.forget_unknowns) unknowns::forget(scenario_);
   }
 
   void start(const FixedUnknowns& known) {
@@ -67,7 +67,7 @@ class EnsembleDrive : public RecordedDrive {
     compare_.progress = report_progress;
     const validation::Comparison run =
         simulate(scenario.receivers.front(), *environment, position, scenario.seed);
-    draw.headlines = headlines({&run, 1});
+    draw.key_metrics = key_metrics({&run, 1});
     row_.samples.push_back(std::move(draw));
   }
 
@@ -79,7 +79,7 @@ class EnsembleDrive : public RecordedDrive {
     simulation::Georeference& georeference = scenario_.city.georeference;
     if (is_known(known, unknowns::Unknown::Map))
       georeference = {};
-    else if (alignment_ && georeference.sigma_m == 0 && !arguments_.unsaid)
+    else if (alignment_ && georeference.sigma_m == 0 && !arguments_.forget_unknowns)
       georeference.sigma_m = std::hypot(alignment_->sigma_east_m, alignment_->sigma_north_m) / std::sqrt(2.0);
   }
 
@@ -88,15 +88,15 @@ class EnsembleDrive : public RecordedDrive {
     compare_.progress = progress_of(progress);
     point_ = simulate(scenario_.receivers.front());
     row_.part = validation::describe_part(point_, 0, part_.count, part_.name);
-    row_.point = headlines({});
+    row_.point = key_metrics({});
   }
 
   /// Headlines of these runs, with the classes of satellites of the original city.
-  [[nodiscard]] std::vector<validation::Headline> headlines(
+  [[nodiscard]] std::vector<validation::KeyMetric> key_metrics(
       std::span<const validation::Comparison> runs) const {
     validation::MetricOptions options;
     options.resamples = 0;
-    return validation::headlines(validation::metrics(point_, 0, part_.count, "", options, runs));
+    return validation::key_metrics(validation::metrics(point_, 0, part_.count, "", options, runs));
   }
 
   const EnsembleArguments& arguments_;
@@ -157,10 +157,11 @@ struct ValidateArguments : EnsembleArguments {
 };
 
 /// Validates one recording. Keeps its results until everything is written at the end.
-class Judge : public RecordedDrive {
+class RecordingValidator : public RecordedDrive {
  public:
   /// Checks that need no city, before one is loaded. @param listed among others, by its name
-  Judge(const ValidateArguments& arguments, const validation::ListedRecording& recording, bool listed)
+  RecordingValidator(const ValidateArguments& arguments, const validation::ListedRecording& recording,
+                     bool listed)
       : RecordedDrive(arguments, recording, listed), arguments_(arguments) {
     choose_models();
   }
@@ -222,7 +223,7 @@ class Judge : public RecordedDrive {
         {"", fmt::format("{} (the scenario's{})", receiver.options.name, sampled), receiver, uncertain});
     std::vector<validation::Model> more;
     if (arguments_.ladder) {
-      more = validation::model_ladder(receiver);
+      more = validation::cumulative_models(receiver);
     } else if (!arguments_.models.empty()) {
       std::vector<std::string> keys;
       for (const std::string_view key : split(arguments_.models, ',')) keys.emplace_back(trim(key));
@@ -268,7 +269,7 @@ class Judge : public RecordedDrive {
   std::vector<validation::Comparison> runs_of_reported_;
 };
 
-using Judges = std::vector<std::unique_ptr<Judge>>;
+using Judges = std::vector<std::unique_ptr<RecordingValidator>>;
 
 /// A row for each class of several recordings, from the observations of all of them.
 std::vector<validation::RecordingRow> pooled_rows(const Judges& judges) {
@@ -292,10 +293,10 @@ std::vector<validation::RecordingRow> pooled_rows(const Judges& judges) {
     const std::size_t count = all.comparison.epochs.size();
     validation::MetricOptions options;
     options.resamples = 0;
-    row.headlines =
-        validation::headlines(validation::metrics(all.comparison, 0, count, "", options, all.runs));
+    row.key_metrics =
+        validation::key_metrics(validation::metrics(all.comparison, 0, count, "", options, all.runs));
     options.resamples = kResamples;
-    validation::add_intervals(row.headlines, all.comparison, 0, count, options, all.runs);
+    validation::add_intervals(row.key_metrics, all.comparison, 0, count, options, all.runs);
     rows.push_back(std::move(row));
   }
   return rows;
@@ -317,7 +318,7 @@ std::string scores_by_seed(const ValidateArguments& arguments, const Judges& fir
     again.ladder = false;
     again.models.clear();
     note(arguments.quiet, fmt::format("seed        {} ({} of {})", *again.seed, k + 1, arguments.seeds));
-    const Judges judges = drives_of<Judge>(again, recordings_of(again, listed), listed);
+    const Judges judges = drives_of<RecordingValidator>(again, recordings_of(again, listed), listed);
     for (const auto& judge : judges) judge->run();
     seeds.push_back({*again.seed, rows_of(judges)});
   }
@@ -326,7 +327,7 @@ std::string scores_by_seed(const ValidateArguments& arguments, const Judges& fir
 
 /// Writes everything at the end, so that an interrupted run leaves no files.
 void write(const ValidateArguments& arguments, const Judges& judges, bool listed) {
-  const Judge& one = *judges.front();
+  const RecordingValidator& one = *judges.front();
   const std::string by_seed = scores_by_seed(arguments, judges, listed);
   std::vector<validation::RecordingRow> rows;
   if (listed) {
@@ -357,7 +358,7 @@ int run_validate(const ValidateArguments& given) {
   if (arguments.seeds > 1 && !arguments.seed) arguments.seed = 1;
   return unless_interrupted([&] {
     const bool listed = validation::is_recording_list(arguments.scenario);
-    const Judges judges = drives_of<Judge>(arguments, recordings_of(arguments, listed), listed);
+    const Judges judges = drives_of<RecordingValidator>(arguments, recordings_of(arguments, listed), listed);
     std::optional<ResultFiles> view;
     if (!arguments.view.empty()) view.emplace(arguments.view, "validate");
     for (const auto& judge : judges) judge->run();
@@ -413,10 +414,10 @@ void add_validate(Command& app) {
       .excludes("--ladder")
       .excludes("--view");
   command
-      .add_flag("--unsaid", arguments.unsaid,
+      .add_flag("--unsaid", arguments.forget_unknowns,
                 "ignore the scenarios' settings of installation, surroundings, obstacles and facades")
       .needs("--ensemble");
-  add_known(command, arguments.known).needs("--ensemble");
+  add_fixed_unknowns(command, arguments.known).needs("--ensemble");
   command.add_flag("--quiet", arguments.quiet, "print warnings and errors only (and the output of --json -)");
   command.footer =
       "The error of each recorded pseudorange follows from the true positions; the city's rays show which\n"

@@ -196,7 +196,7 @@ int serve_run(const ViewArguments& arguments, const std::filesystem::path& page,
   map.add_to(folder);
   view::Probe probe(*made.simulation, made.scene, arguments.paths);
   view::ServedSite site{view::read_bytes(page), folder,
-                        [&probe](const std::string& message) { return probe.answer(message); }};
+                        [&probe](const std::string& message) { return probe.handle_request(message); }};
   return serve(std::move(site), arguments.serve, [&](view::Server& server) {
     view::RunRelay relay(*made.simulation, server, arguments.paths);
     if (!compute(*made.simulation, arguments, *sink, &relay)) return false;
@@ -374,7 +374,7 @@ int run_view(const ViewArguments& given) {
   if (!serves) return kOk;
   return serve({view::read_bytes(page), folder,
                 [&antennas](const std::string& message) {
-                  return antennas.probe ? antennas.probe->answer(message)
+                  return antennas.probe ? antennas.probe->handle_request(message)
                                         : view::no_probe(message, antennas.why_not);
                 }},
                arguments.serve);

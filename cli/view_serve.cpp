@@ -65,9 +65,9 @@ class LiveProbe {
     why_not_ = std::move(why_not);
   }
 
-  std::string answer(const std::string& message) {
+  std::string handle_request(const std::string& message) {
     const std::lock_guard lock(mutex_);
-    return probe_ ? probe_->answer(message) : view::no_probe(message, why_not_);
+    return probe_ ? probe_->handle_request(message) : view::no_probe(message, why_not_);
   }
 
  private:
@@ -101,7 +101,7 @@ void serve_live(LiveView view, const std::filesystem::path& folder, const ServeO
   view::LiveRelay relay(view.addresses, std::move(view.header), folder, view.scene->scene);
   const std::atomic<bool>& stop = catch_interrupts();
   view::Server server({view::read_bytes(view::find_page()), folder,
-                       [&probe](const std::string& message) { return probe.answer(message); }},
+                       [&probe](const std::string& message) { return probe.handle_request(message); }},
                       {.port = options.port});
   announce(server, options);
   while (!stop) {

@@ -19,14 +19,15 @@ using Kind = live::OptionsRequest::Kind;
 TEST(FaultServices, ChangeAReceiverWhereThatIsAllowed) {
   const auto config = simulation::parse_live_config(
       "{sky: {nominal: true, systems: [GPS]}, start: 2026-06-01T08:00:00Z, profile: ideal}", "test");
-  simulation::LiveReceiver car(config, std::make_shared<simulation::CityScene>(city::City{}), *config.start);
-  simulation::LiveReceiver other(config, std::make_shared<simulation::CityScene>(city::City{}),
+  simulation::ReceiverRunner car(config, std::make_shared<simulation::CityScene>(city::City{}),
                                  *config.start);
-  const auto desk = std::make_shared<live::OptionsDesk>();
+  simulation::ReceiverRunner other(config, std::make_shared<simulation::CityScene>(city::City{}),
+                                   *config.start);
+  const auto desk = std::make_shared<live::RequestQueue>();
   std::atomic<bool> stop{false};
   std::thread host([&] {
     while (!stop) {
-      desk->serve([&] { return std::vector<live::AdjustableReceiver>{{"car", &car}, {"other", &other}}; });
+      desk->serve([&] { return std::vector<live::ReceiverHandle>{{"car", &car}, {"other", &other}}; });
       std::this_thread::yield();
     }
   });

@@ -42,7 +42,7 @@ class Field {
     identity.model = "model of " + name;
     auto& receiver = receivers.emplace_back(std::make_unique<live::HostedReceiver>(
         setup_of(settings, identity, frame, geodesy::gps_from_utc(geodesy::CalendarTime{2026, 6, 1, 8, 0, 0}),
-                 0, [this](live::Tone, const std::string& line) { lines.push_back(line); })));
+                 0, [this](live::Severity, const std::string& line) { lines.push_back(line); })));
     positions.push_back(point);
     bases.add(*receiver, vehicle);
     return *receiver;

@@ -215,7 +215,7 @@ live::HostSetup setup_of(const HostSettings& settings, const ReceiverIdentity& i
   return setup;
 }
 
-live::FaultRequestHandler hosted_faults(std::shared_ptr<live::OptionsDesk> desk, const std::string& receiver,
+live::FaultRequestHandler hosted_faults(std::shared_ptr<live::RequestQueue> desk, const std::string& receiver,
                                         const RosSettings& settings) {
   return {[desk = std::move(desk), receiver](live::OptionsRequest request) {
             request.receiver = receiver;

@@ -70,7 +70,7 @@ void visit(options::Visitor& v, HostSettings& settings);
 
 /// Handles ROS services of a simulator's receiver, registered in `desk` by this name, if settings allow
 /// changes.
-[[nodiscard]] live::FaultRequestHandler hosted_faults(std::shared_ptr<live::OptionsDesk> desk,
+[[nodiscard]] live::FaultRequestHandler hosted_faults(std::shared_ptr<live::RequestQueue> desk,
                                                       const std::string& receiver,
                                                       const RosSettings& settings);
 

@@ -94,8 +94,8 @@ class Host {
     identity.plugin = "gnss";
     receiver.emplace(setup_of(settings, identity, frame,
                               geodesy::gps_from_utc(geodesy::CalendarTime{2026, 6, 1, 8, 0, 0}), 0,
-                              [this](live::Tone tone, const std::string& line) {
-                                lines.push_back((tone == live::Tone::Error ? "error: " : "") + line);
+                              [this](live::Severity tone, const std::string& line) {
+                                lines.push_back((tone == live::Severity::Error ? "error: " : "") + line);
                               }));
     receiver->add(std::make_unique<Collector>(seen, resets));
     receiver->set_scene(std::make_shared<live::WorldScene>(std::move(world),
@@ -242,7 +242,8 @@ TEST(HostedReceiver, ChangesItsRateOnTheGrid) {
     if (ms != 700 && ms != 1200) continue;
     const live::OptionsRequest request{live::OptionsRequest::Kind::Set, "",
                                        ms == 700 ? "rate_hz: 2" : "elevation_mask_deg: 7"};
-    EXPECT_THAT(live::answer(request, {host.receiver->adjustable("car")}), HasSubstr("set car: "));
+    EXPECT_THAT(live::handle_request(request, {host.receiver->receiver_handle("car")}),
+                HasSubstr("set car: "));
   }
   std::vector<std::int64_t> times_ms;
   for (const Collector::ObservedEpochs& seen : host.seen) times_ms.push_back(seen.sim_time_ns / 1'000'000);
@@ -260,7 +261,7 @@ TEST(HostedReceiver, NamesItsModelWhereAFileIsWrong) {
   identity.plugin = "gnss";
   try {
     const live::HostedReceiver receiver(setup_of(settings, identity, {}, geodesy::GpsTime::from_week(2300, 0),
-                                                 0, [](live::Tone, const std::string&) {}));
+                                                 0, [](live::Severity, const std::string&) {}));
     FAIL();
   } catch (const InputError& e) {
     EXPECT_THAT(e.what(), AllOf(testing::StartsWith("plugin 'gnss' of model 'car': "), HasSubstr("sky.nav")));
@@ -283,7 +284,7 @@ TEST(HostedReceiver, ReceiversOfAWorldSayTheSkysWarningsOnce) {
     identity.plugin = "gnss";
     live::HostSetup setup =
         setup_of(settings, identity, {}, geodesy::gps_from_utc(geodesy::CalendarTime{2019, 4, 28, 12, 10, 0}),
-                 0, [&](live::Tone, const std::string& line) { lines.push_back(line); });
+                 0, [&](live::Severity, const std::string& line) { lines.push_back(line); });
     setup.sky_warnings = shared;
     receivers.push_back(std::make_unique<live::HostedReceiver>(std::move(setup)));
   }
@@ -304,7 +305,7 @@ TEST(HostedReceiver, NoStreamReplacesAFileThatWasRead) {
       test::refusal([&] {
         const live::HostedReceiver receiver(setup_of(
             settings, identity, {}, geodesy::gps_from_utc(geodesy::CalendarTime{2019, 4, 28, 12, 10, 0}), 0,
-            [](live::Tone, const std::string&) {}));
+            [](live::Severity, const std::string&) {}));
       }),
       HasSubstr("is an input of this run and would be replaced"));
   std::string kept;

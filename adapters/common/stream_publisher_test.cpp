@@ -47,7 +47,7 @@ TEST_F(StreamPublisher, SendsEachEpochAsNmea) {
 }
 
 TEST_F(StreamPublisher, SendsTheBasesEpochs) {
-  simulation::LiveReceiver::Step base_measurements = sample.step;
+  simulation::ReceiverRunner::Step base_measurements = sample.step;
   base_measurements.epoch.receiver = 1;
   sample.report.step = &sample.step;
   sample.report.base = &base_measurements;

@@ -178,7 +178,7 @@ TEST(WorldScene, DrawsFacadesAsCanyonSimulateDoes) {
   EXPECT_THAT(plain.materials, Each(city::Material::Unknown));
   city::City city;
   city.mesh = plain;
-  (void)city::dress_facades(city, {}, false, 1);
+  (void)city::assign_facades(city, {}, false, 1);
   const city::Mesh dressed = rendered(district(), {});
   EXPECT_EQ(dressed.materials, city.mesh.materials);
   EXPECT_THAT(dressed.materials, AllOf(Contains(city::Material::Metal), Contains(city::Material::Glass)));

@@ -55,8 +55,8 @@ HostSettings read_settings(const Attachment& at, const ReceiverIdentity& identit
   return read_plugin_settings(at.sdf, context);
 }
 
-void log(live::Tone tone, const std::string& line) {
-  if (tone == live::Tone::Error)
+void log(live::Severity tone, const std::string& line) {
+  if (tone == live::Severity::Error)
     gzerr << "[canyon] " << line << "\n";
   else
     gzwarn << "[canyon] " << line << "\n";
@@ -145,7 +145,7 @@ struct GnssSensor::Impl {
   bool update() {
     // The model was removed; a sensor's plugin is removed some time later.
     if (!at.link->GetParent()) return false;
-    desk->serve([this] { return std::vector{receiver->adjustable(name)}; });
+    desk->serve([this] { return std::vector{receiver->receiver_handle(name)}; });
     const gazebo::common::Time now = at.world->SimTime();
     const bool due = receiver->due(nanoseconds(now));
     if (due)
@@ -177,7 +177,7 @@ struct GnssSensor::Impl {
 
   Attachment at;
   std::string name;  // "iris::gps0::link::gps", for requests
-  std::shared_ptr<live::OptionsDesk> desk = std::make_shared<live::OptionsDesk>();  // from any thread
+  std::shared_ptr<live::RequestQueue> desk = std::make_shared<live::RequestQueue>();  // from any thread
   gazebo::transport::NodePtr node;
   std::unique_ptr<PoseSource> pose_source;
   std::unique_ptr<PhysicsRays> physics;

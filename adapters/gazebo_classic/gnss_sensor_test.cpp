@@ -80,13 +80,13 @@ TEST(GnssSensor, GivesTheEnginesFix) {
     for (char& c : list) c = c == ' ' ? ',' : c;
     return "[" + list + "]";
   };
-  simulation::LiveConfig config = simulation::parse_live_config(
+  simulation::RunnerConfig config = simulation::parse_live_config(
       "sky: {frozen: {satAzimuth: " + yaml(test::street_angles(&test::StreetSatellite::azimuth_deg)) +
           ", satElevation: " + yaml(test::street_angles(&test::StreetSatellite::elevation_deg)) +
           "}}\nprofile: paper\npropagation: {model: specular}\nnoise: {enabled: false}\n",
       "street");
-  simulation::LiveReceiver engine(config, std::make_shared<simulation::CityScene>(std::move(city)),
-                                  geodesy::GpsTime::from_week(2300, 0));
+  simulation::ReceiverRunner engine(config, std::make_shared<simulation::CityScene>(std::move(city)),
+                                    geodesy::GpsTime::from_week(2300, 0));
   const auto expected = engine.observe(0.1, {{3, 0, 2}}).epoch;
 
   const GnssReceiver message = observe(street_world(

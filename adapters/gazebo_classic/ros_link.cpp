@@ -99,13 +99,13 @@ struct RosLink::State {
       return;
     }
     const std::string name = node ? ros::this_node::getName() : "/gazebo_canyon";
-    const MasterReply answer = query_master(master, name, kResponseTimeout, stop_fd);
+    const MasterReply result = query_master(master, name, kResponseTimeout, stop_fd);
     {
       const std::lock_guard lock(mutex);
       if (stop) return;
     }
-    if (answer != MasterReply::None) {
-      found(answer);
+    if (result != MasterReply::None) {
+      found(result);
     } else if (!node && !warned_missing) {
       log("no ROS master at " + master.uri() + "; topics are published when there is one");
       warned_missing = true;
@@ -115,11 +115,11 @@ struct RosLink::State {
     }
   }
 
-  void found(MasterReply answer) {
+  void found(MasterReply result) {
     if (!node) {
       node.emplace();
       log("publishing on ROS, master " + master.uri() + ", as node " + ros::this_node::getName());
-    } else if (answer == MasterReply::Unknown && !connected.empty()) {
+    } else if (result == MasterReply::Unknown && !connected.empty()) {
       notify_new_master();
     }
     lost = false;
@@ -168,12 +168,12 @@ struct RosLink::State {
     for (const std::shared_ptr<RosClient>& client : connected) {
       const auto topics = client->advertised();
       for (const auto& [topic, type] : topics) {
-        XmlRpc::XmlRpcValue request, answer, payload;
+        XmlRpc::XmlRpcValue request, result, payload;
         request[0] = ros::this_node::getName();
         request[1] = topic;
         request[2] = type;
         request[3] = ros::XMLRPCManager::instance()->getServerURI();
-        if (!ros::master::execute("registerPublisher", request, answer, payload, false)) return;
+        if (!ros::master::execute("registerPublisher", request, result, payload, false)) return;
       }
       if (!topics.empty()) continue;
       client->disconnect();

@@ -10,9 +10,9 @@
 namespace canyon::adapters::gazebo_classic {
 namespace {
 
-std::size_t append(const char* bytes, std::size_t size, std::size_t count, void* answer) {
+std::size_t append(const char* bytes, std::size_t size, std::size_t count, void* result) {
   constexpr std::size_t kMax = 1 << 16;  // a master's response has some hundred bytes
-  auto& text = *static_cast<std::string*>(answer);
+  auto& text = *static_cast<std::string*>(result);
   if (text.size() + size * count > kMax) return 0;
   text.append(bytes, size * count);
   return size * count;
@@ -27,7 +27,7 @@ std::string post(const std::string& uri, const std::string& body, std::chrono::m
   const std::unique_ptr<curl_slist, decltype(&curl_slist_free_all)> head(
       curl_slist_append(nullptr, "Content-Type: text/xml"), &curl_slist_free_all);
   if (started != CURLE_OK || !all || !one || !head) return {};
-  std::string answer;
+  std::string response;
   curl_easy_setopt(one.get(), CURLOPT_URL, uri.c_str());
   curl_easy_setopt(one.get(), CURLOPT_HTTP_VERSION, static_cast<long>(CURL_HTTP_VERSION_1_0));
   curl_easy_setopt(one.get(), CURLOPT_HTTPHEADER, head.get());
@@ -36,7 +36,7 @@ std::string post(const std::string& uri, const std::string& body, std::chrono::m
   curl_easy_setopt(one.get(), CURLOPT_NOSIGNAL, 1L);
   curl_easy_setopt(one.get(), CURLOPT_TIMEOUT_MS, static_cast<long>(timeout.count()));
   curl_easy_setopt(one.get(), CURLOPT_WRITEFUNCTION, &append);
-  curl_easy_setopt(one.get(), CURLOPT_WRITEDATA, &answer);
+  curl_easy_setopt(one.get(), CURLOPT_WRITEDATA, &response);
   curl_multi_add_handle(all.get(), one.get());
   curl_waitfd stop{stop_fd, CURL_WAIT_POLLIN, 0};
   constexpr int kLook_ms = 1000;
@@ -47,16 +47,16 @@ std::string post(const std::string& uri, const std::string& body, std::chrono::m
   const CURLMsg* const done = curl_multi_info_read(all.get(), &left);
   const bool whole = done != nullptr && done->data.result == CURLE_OK;
   curl_multi_remove_handle(all.get(), one.get());
-  return whole ? answer : std::string();
+  return whole ? response : std::string();
 }
 
 /// The response is [code, message, value]; code 1 is success, 0 and -1 are failures.
-MasterReply parse_answer(const std::string& answer) {
-  if (answer.empty()) return MasterReply::None;
+MasterReply parse_answer(const std::string& response) {
+  if (response.empty()) return MasterReply::None;
   for (const std::string_view tag : {"<int>", "<i4>"}) {
-    const std::size_t begin = answer.find(tag);
+    const std::size_t begin = response.find(tag);
     if (begin == std::string::npos) continue;
-    const std::string_view rest = std::string_view(answer).substr(begin + tag.size());
+    const std::string_view rest = std::string_view(response).substr(begin + tag.size());
     return trim(rest.substr(0, rest.find('<'))) == "1" ? MasterReply::Registered : MasterReply::Unknown;
   }
   return MasterReply::None;

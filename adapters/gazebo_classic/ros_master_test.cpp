@@ -109,15 +109,15 @@ TEST(AskMaster, TakesOtherServersForNone) {
 // Responses as in the ROS Master API: [code, message, value], code 1 for success and -1 for an error of
 // the caller.
 TEST(AskMaster, ReadsTheCode) {
-  const auto answer = [](const std::string& code) {
+  const auto response = [](const std::string& code) {
     return "HTTP/1.1 200 OK\r\n\r\n<methodResponse><params><param><value><array><data><value>" + code +
            "</value><value><string>1</string></value></data></array></value></param></params></"
            "methodResponse>";
   };
-  EXPECT_EQ(query_master(Listener(answer("<int>1</int>")).address(), "/node", 5s), MasterReply::Registered);
-  EXPECT_EQ(query_master(Listener(answer("<i4>1</i4>")).address(), "/node", 5s), MasterReply::Registered);
-  EXPECT_EQ(query_master(Listener(answer("<int>-1</int>")).address(), "/node", 5s), MasterReply::Unknown);
-  EXPECT_EQ(query_master(Listener(answer("<int>11</int>")).address(), "/node", 5s), MasterReply::Unknown);
+  EXPECT_EQ(query_master(Listener(response("<int>1</int>")).address(), "/node", 5s), MasterReply::Registered);
+  EXPECT_EQ(query_master(Listener(response("<i4>1</i4>")).address(), "/node", 5s), MasterReply::Registered);
+  EXPECT_EQ(query_master(Listener(response("<int>-1</int>")).address(), "/node", 5s), MasterReply::Unknown);
+  EXPECT_EQ(query_master(Listener(response("<int>11</int>")).address(), "/node", 5s), MasterReply::Unknown);
 }
 
 TEST(AskMaster, FindsARoscore) {

@@ -44,8 +44,8 @@ std::int64_t nanoseconds(const std::chrono::steady_clock::duration& time) {
 }
 
 // Prints warnings as errors too: Gazebo Sim shows lower levels only on request.
-void log(live::Tone tone, const std::string& line) {
-  gzerr << "[canyon] " << (tone == live::Tone::Error ? "" : "warning: ") << line << "\n";
+void log(live::Severity tone, const std::string& line) {
+  gzerr << "[canyon] " << (tone == live::Severity::Error ? "" : "warning: ") << line << "\n";
 }
 
 }  // namespace
@@ -113,7 +113,7 @@ struct GnssWorld::Impl {
       try {
         start(sensor.entity, sensor.sensor, sensor.element, ecm);
       } catch (const std::exception& e) {
-        log(live::Tone::Error,
+        log(live::Severity::Error,
             fmt::format("{}\n[canyon] the receiver is switched off; the simulation continues", e.what()));
       }
     }
@@ -244,9 +244,9 @@ struct GnssWorld::Impl {
       try {
         receiver.hosted->set_frame(world_frame(origin, receiver.settings, warnings));
       } catch (const std::exception& e) {
-        receiver.hosted->log(live::Tone::Error, e.what());
+        receiver.hosted->log(live::Severity::Error, e.what());
       }
-      for (const std::string& line : warnings) receiver.hosted->log(live::Tone::Warning, line);
+      for (const std::string& line : warnings) receiver.hosted->log(live::Severity::Warning, line);
     }
   }
 
@@ -322,7 +322,7 @@ void GnssWorld::serve(Entity root, const sdf::ElementPtr& defaults, Ecm& ecm) {
     entry.all = read_plugin_settings(defaults, context).serve_all;
   } catch (const std::exception& e) {
     entry.bad = true;
-    log(live::Tone::Error,
+    log(live::Severity::Error,
         fmt::format("{}\n[canyon] its receivers are switched off; the simulation continues", e.what()));
   }
   impl_->look_for_sensors(ecm, true);
@@ -351,9 +351,9 @@ void GnssWorld::post_update(const gz::sim::UpdateInfo& info, const Ecm& ecm) {
   if (impl_->options) {
     impl_->options->serve([this] {
       impl_->wait();
-      std::vector<live::AdjustableReceiver> all;
+      std::vector<live::ReceiverHandle> all;
       for (auto& [entity, receiver] : impl_->receivers)
-        all.push_back(receiver.hosted->adjustable(receiver.name));
+        all.push_back(receiver.hosted->receiver_handle(receiver.name));
       return all;
     });
   }

@@ -377,13 +377,13 @@ TEST(GnssWorld, AnswersADriverBetweenEpochs) {
   canyon::test::LocalConnection driver(port);
   server.step(50);
   driver.send_text(std::string("\xB5\x62\x0A\x04\x00\x00\x0E\x34", 8));  // a poll of MON-VER
-  std::string answer;
-  for (int i = 0; i < 1000 && answer.find("(Canyon)") == std::string::npos; ++i) {
+  std::string response;
+  for (int i = 0; i < 1000 && response.find("(Canyon)") == std::string::npos; ++i) {
     server.step_paused();
     pollfd some{driver.handle(), POLLIN, 0};
-    if (poll(&some, 1, 5) == 1) answer += driver.read_some();
+    if (poll(&some, 1, 5) == 1) response += driver.read_some();
   }
-  EXPECT_NE(answer.find("(Canyon)"), std::string::npos);
+  EXPECT_NE(response.find("(Canyon)"), std::string::npos);
 }
 
 // One is before its base in the world's file, one after it. A base on the same vehicle gives the heading.

@@ -94,7 +94,7 @@ class Markers final : public live::EpochPublisher {
   }
 
   void update(const std::vector<VisualShape>& shapes, double now) {
-    if (*unanswered_) {
+    if (*awaiting_reply_) {
       if (now - sent_s_ < kPatience_s) return;
       everything_ = true;  // its last message may be lost
     }
@@ -123,10 +123,10 @@ class Markers final : public live::EpochPublisher {
   }
 
   void send(const gz::msgs::Marker_V& message) {
-    unanswered_ = std::make_shared<std::atomic<bool>>(true);
+    awaiting_reply_ = std::make_shared<std::atomic<bool>>(true);
     // The response may arrive after this object's destruction.
     std::function<void(const gz::msgs::Boolean&, bool)> answered =
-        [unanswered = unanswered_](const gz::msgs::Boolean&, bool) { *unanswered = false; };
+        [unanswered = awaiting_reply_](const gz::msgs::Boolean&, bool) { *unanswered = false; };
     (void)node_.Request(kService, message, answered);
   }
 
@@ -142,7 +142,7 @@ class Markers final : public live::EpochPublisher {
   bool present_ = false;
   bool everything_ = false;
   std::set<std::string> clients_;  // by their processes
-  std::shared_ptr<std::atomic<bool>> unanswered_ = std::make_shared<std::atomic<bool>>(false);
+  std::shared_ptr<std::atomic<bool>> awaiting_reply_ = std::make_shared<std::atomic<bool>>(false);
   gz::transport::Node node_;
 };
 

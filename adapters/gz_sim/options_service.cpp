@@ -71,7 +71,7 @@ struct OptionsService::Impl {
   std::string world;
   std::map<std::string, std::string> offered;  // services and their receivers
   std::map<std::string, std::string> rates;    // by receiver: the service of its topic
-  std::shared_ptr<live::OptionsDesk> desk = std::make_shared<live::OptionsDesk>();
+  std::shared_ptr<live::RequestQueue> desk = std::make_shared<live::RequestQueue>();
   gz::transport::Node node;  // last member: its services end first
 };
 
@@ -96,11 +96,11 @@ void OptionsService::remove(const std::string& receiver) {
   }
 }
 
-std::shared_ptr<live::OptionsDesk> OptionsService::desk() const {
+std::shared_ptr<live::RequestQueue> OptionsService::desk() const {
   return impl_->desk;
 }
 
-void OptionsService::serve(const std::function<std::vector<live::AdjustableReceiver>()>& receivers) {
+void OptionsService::serve(const std::function<std::vector<live::ReceiverHandle>()>& receivers) {
   impl_->desk->serve(receivers);
 }
 

@@ -9,7 +9,7 @@
 
 namespace canyon::adapters::gz_sim {
 
-/// Services of a world's receivers, gz.msgs.StringMsg in and out, see answer():
+/// Services of a world's receivers, gz.msgs.StringMsg in and out, see response():
 ///     /world/WORLD/canyon/get_options             a key, a section or nothing
 ///     /world/WORLD/canyon/set_options             YAML or JSON of what changes, for all receivers
 ///     /world/WORLD/canyon/get_faults              the timelines of faults
@@ -32,9 +32,9 @@ class OptionsService {
   std::string add(const std::string& receiver, const std::string& topic);
   void remove(const std::string& receiver);
   /// The desk, for requests of other transports.
-  [[nodiscard]] std::shared_ptr<live::OptionsDesk> desk() const;
-  /// For the simulation's thread, at every update, also while paused (live::OptionsDesk::serve()).
-  void serve(const std::function<std::vector<live::AdjustableReceiver>()>& receivers);
+  [[nodiscard]] std::shared_ptr<live::RequestQueue> desk() const;
+  /// For the simulation's thread, at every update, also while paused (live::RequestQueue::serve()).
+  void serve(const std::function<std::vector<live::ReceiverHandle>()>& receivers);
 
  private:
   struct Impl;

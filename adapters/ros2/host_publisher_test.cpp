@@ -63,8 +63,8 @@ TEST(HostPublisher, BeginsRosAndPublishes) {
   const auto raw = listener.listen<canyon_msgs::msg::GnssRawObservations>("/iris/raw_observations");
   const auto reports = listener.listen<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics");
 
-  simulation::LiveReceiver::Step step{test::sample_signal_epoch(test::sample_time(), test::sample_time()),
-                                      {}};
+  simulation::ReceiverRunner::Step step{test::sample_signal_epoch(test::sample_time(), test::sample_time()),
+                                        {}};
   live::ReceiverReport report;
   report.step = &step;
   report.scan_ranges_m = {3, 4};

@@ -17,7 +17,7 @@ using positioning::FixKind;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-using Step = simulation::LiveReceiver::Step;
+using Step = simulation::ReceiverRunner::Step;
 
 const std::string kDrive = R"(
 city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}
@@ -61,7 +61,7 @@ class Drove {
     truth.emplace(settings, scene->city, simulation);
     hosted.emplace(setup_of(
         settings, std::move(scene), {}, "/car",
-        [this](live::Tone, const std::string& line) { logged.push_back(line); }, simulation));
+        [this](live::Severity, const std::string& line) { logged.push_back(line); }, simulation));
     hosted->add(std::make_unique<EpochRecorder>(steps, bases));
   }
   void go_to(std::int64_t now_ns) {

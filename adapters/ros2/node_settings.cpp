@@ -213,7 +213,7 @@ void check_fixed(const Visitor& v, const NodeSettings& settings) {
                   "give it fixed.latitude_deg, fixed.longitude_deg and fixed.height_m, or fixed.east_m, "
                   "fixed.north_m and fixed.up_m");
   }
-  if (settings.pose_source != PoseSource::Fixed && settings.by_poses() && fixed) {
+  if (settings.pose_source != PoseSource::Fixed && settings.is_pose_driven() && fixed) {
     throw v.fault("pose.source", "poses would move the receiver, which is fixed",
                   "set pose.source: fixed, or remove fixed");
   }
@@ -291,7 +291,7 @@ void visit(Visitor& v, NodeSettings& settings) {
   check_fixed(v, settings);
   // The base's signals have the errors removed by corrections, as in a scenario with the rover.
   if (is_base(settings)) settings.live.sky.errors.enabled.set_default(true);
-  if (!settings.by_poses()) {
+  if (!settings.is_pose_driven()) {
     v.require("trajectory", "add trajectory: {file: ...}, waypoints or position, or set pose.source");
   } else if (settings.drive_clock) {
     throw v.fault("drive_clock", "external poses have their own time",
@@ -389,9 +389,9 @@ simulation::Scenario simulated_world(const NodeSettings& settings) {
   return world;
 }
 
-simulation::LiveConfig driven_config(const NodeSettings& settings, const std::string& receiver_name,
-                                     const simulation::Simulation* drive) {
-  simulation::LiveConfig config = settings.live;
+simulation::RunnerConfig driven_config(const NodeSettings& settings, const std::string& receiver_name,
+                                       const simulation::Simulation* drive) {
+  simulation::RunnerConfig config = settings.live;
   if (drive != nullptr) {
     config.start = drive->begin();
     config.rate_hz = 1 / drive->interval_s();

@@ -39,7 +39,7 @@ struct NodeSettings : live::HostOptions {
   double pose_heading_rad = 0;  ///< direction of its x axis, from east counter-clockwise
 
   /// Time and poses are the host's, not those of the scenario's own drive.
-  [[nodiscard]] bool by_poses() const { return pose_source != PoseSource::Trajectory; }
+  [[nodiscard]] bool is_pose_driven() const { return pose_source != PoseSource::Trajectory; }
   /// Topic of the receiver's corrections; empty: not from a topic.
   [[nodiscard]] std::string corrections_topic() const;
 };
@@ -77,8 +77,8 @@ using Parameters = std::map<std::string, ParameterValue>;
 
 /// The options of the node's receiver: in the scenario's own drive (`drive`) those of `canyon simulate`. Else
 /// `receiver_name` is the default name, and its noise is independent.
-[[nodiscard]] simulation::LiveConfig driven_config(const NodeSettings& settings,
-                                                   const std::string& receiver_name,
-                                                   const simulation::Simulation* drive = nullptr);
+[[nodiscard]] simulation::RunnerConfig driven_config(const NodeSettings& settings,
+                                                     const std::string& receiver_name,
+                                                     const simulation::Simulation* drive = nullptr);
 
 }  // namespace canyon::adapters::ros2

@@ -75,7 +75,7 @@ faults:
   EXPECT_EQ(settings.live.receivers[0].options.name, "first");
   ASSERT_EQ(settings.live.faults.size(), 1U);
   EXPECT_EQ(settings.live.faults[0].receivers, std::vector<std::string>{"base"});
-  const simulation::LiveConfig live = driven_config(settings, "/first");
+  const simulation::RunnerConfig live = driven_config(settings, "/first");
   ASSERT_NE(live.base(), nullptr);
   EXPECT_EQ(live.base()->options.name, "base");
   EXPECT_EQ(std::get<double>(parameters_of(settings).at("elevation_mask_deg")), 12);
@@ -107,7 +107,7 @@ TEST_F(Settings, AFixedReceiverNeedsNoPoses) {
                         {"fixed.east_m", 1.0},
                         {"fixed.north_m", 2.0},
                         {"fixed.up_m", 3.0}};
-  EXPECT_TRUE(read_settings(base).by_poses());
+  EXPECT_TRUE(read_settings(base).is_pose_driven());
   EXPECT_TRUE(read_settings(base).live.sky.errors.enabled);  // as those of its rovers
   Parameters moved = base;
   moved["pose.source"] = "pose";
@@ -137,10 +137,10 @@ TEST_F(Settings, NoFileIsNeeded) {
                                                {"city.origin.latitude_deg", 22.3},
                                                {"city.origin.longitude_deg", 114.17},
                                                {"pose.source", "odometry"}});
-  EXPECT_TRUE(settings.by_poses());
+  EXPECT_TRUE(settings.is_pose_driven());
   EXPECT_FALSE(settings.named);
   EXPECT_TRUE(settings.live.city.is<simulation::OpenField>());
-  const simulation::LiveConfig live = driven_config(settings, "/car/receiver");
+  const simulation::RunnerConfig live = driven_config(settings, "/car/receiver");
   EXPECT_EQ(live.receiver().options.name, "/car/receiver");
   EXPECT_TRUE(live.receiver().options.independent_noise);
 }

@@ -62,7 +62,7 @@ class TopicsPublisher final : public live::EpochPublisher {
 TopicNames topics_of(const NodeSettings& settings) {
   TopicNames names;
   const inertial::SensorOptions& sensors = settings.live.sensors;
-  const bool drives = !settings.by_poses() && !settings.live.receiver().fixed;
+  const bool drives = !settings.is_pose_driven() && !settings.live.receiver().fixed;
   if (drives && sensors.imu) names.imu = "imu";
   if (drives && sensors.wheels) names.wheels = "wheels";
   if (drives && sensors.magnetometer) names.magnetic_field = "magnetic_field";
@@ -106,7 +106,7 @@ struct ReceiverNode::Impl {
     report.add_line(ReadReport::Level::Guess, settings.live.warnings);
     scene = std::make_shared<simulation::CityScene>(simulation::load_city(settings.live));
     interval_s = 1 / settings.live.rate_hz.value_or(kDefaultRate_hz);
-    if (!settings.by_poses()) {
+    if (!settings.is_pose_driven()) {
       simulation = std::make_shared<simulation::Simulation>(simulated_world(settings), scene);
       report.append(simulation->report());
       interval_s = simulation->interval_s();
@@ -184,8 +184,8 @@ struct ReceiverNode::Impl {
   // An error of the receiver ends the drive: guarded() catches it.
   void begin_receiver(geodesy::GpsTime start) {
     truth.emplace(settings, scene->city, simulation);
-    const auto log = [this](live::Tone tone, const std::string& line) {
-      if (tone == live::Tone::Error) throw InputError(line);
+    const auto log = [this](live::Severity tone, const std::string& line) {
+      if (tone == live::Severity::Error) throw InputError(line);
       warn(line);
     };
     live::HostSetup setup =
@@ -287,7 +287,8 @@ struct ReceiverNode::Impl {
   // Called by the executor, between two ticks.
   [[nodiscard]] std::string answer_faults(const live::OptionsRequest& request) {
     if (!hosted) return "refused: no receiver runs yet; activate the node";
-    return live::answer(request, {hosted->adjustable(hosted->receiver().config().receiver().options.name)});
+    return live::handle_request(
+        request, {hosted->receiver_handle(hosted->receiver().config().receiver().options.name)});
   }
 
   // The ticks of the clock driven by this node. Ticks delayed by an epoch follow at once; on a machine slower

@@ -161,10 +161,10 @@ class ComputedMap final : public heatmap::MapReader {
     const heatmap::Tile tile = grid.tile(number);
     const std::size_t cell = std::size_t{row - tile.first_row} * tile.columns + (column - tile.first_column);
     const heatmap::TileValues& values = tiles_[number];
-    heatmap::MapSample answer{{}, values.state[cell], time, altitude_m};
+    heatmap::MapSample result{{}, values.state[cell], time, altitude_m};
     for (std::size_t k = 0; k < about_.layers.size(); ++k)
-      answer.values.push_back(values.values[k * tile.cells() + cell]);
-    return answer;
+      result.values.push_back(values.values[k * tile.cells() + cell]);
+    return result;
   }
 
  private:
@@ -201,7 +201,7 @@ Json probe(const Json& given) {
   if (!shown.probe)
     shown.probe = std::make_unique<view::Probe>(*shown.simulation, shown.scene,
                                                 view::ViewOptions{}.paths_per_satellite);
-  return {{"answer", shown.probe->answer(message)}};
+  return {{"answer", shown.probe->handle_request(message)}};
 }
 
 }  // namespace
@@ -209,17 +209,17 @@ Json probe(const Json& given) {
 /// @param question {"do": "new", "run", "map" or "probe", ...}; returns that function's result, or {"error"}.
 /// The text is valid until the next call.
 extern "C" EMSCRIPTEN_KEEPALIVE const char* canyon_do(const char* question) {
-  static std::string answer;
+  static std::string response;
   try {
     const Json given = Json::parse(question);
     const auto what = given.at("do").get<std::string>();
-    answer = (what == "new"   ? make_scenario
-              : what == "run" ? run
-              : what == "map" ? map
-                              : probe)(given)
-                 .dump();
+    response = (what == "new"   ? make_scenario
+                : what == "run" ? run
+                : what == "map" ? map
+                                : probe)(given)
+                   .dump();
   } catch (const std::exception& error) {
-    answer = Json{{"error", error.what()}}.dump();
+    response = Json{{"error", error.what()}}.dump();
   }
-  return answer.c_str();
+  return response.c_str();
 }

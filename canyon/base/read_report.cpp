@@ -89,7 +89,7 @@ std::size_t ReadReport::count(std::string_view what) const {
   return known == index_.end() ? 0 : notes_[known->second].count;
 }
 
-void ReadReport::require_most(std::size_t good) const {
+void ReadReport::require_majority(std::size_t good) const {
   if (good > losses_ || !first_loss_) return;
   if (good == 0) throw InputError(*first_loss_);
   throw InputError(first_loss_->file(), first_loss_->line(),

@@ -48,7 +48,7 @@ class ReadReport {
     loss(InputError(path_, line, what), 1, outcome);
   }
   /// A sound record that lacks a required value, or is not used: a loss that does not count in losses() and
-  /// require_most().
+  /// require_majority().
   void drop(const InputError& reason, std::string_view outcome = kLeftOut) {
     add(Level::Loss, reason, 1, outcome);
   }
@@ -95,7 +95,7 @@ class ReadReport {
 
   /// Throws the first loss unless more than half of all records are good: the file is probably of another
   /// kind.
-  void require_most(std::size_t good) const;
+  void require_majority(std::size_t good) const;
 
   /// A line with its level.
   using Entry = std::pair<Level, std::string>;

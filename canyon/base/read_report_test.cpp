@@ -75,14 +75,14 @@ TEST(ReadReport, ListTwentyReasonsWhyRecordsAreBad) {
 
 TEST(ReadReport, RefuseAFileWhoseRecordsAreMostlyBad) {
   ReadReport notes("a.txt");
-  EXPECT_NO_THROW(notes.require_most(0));
+  EXPECT_NO_THROW(notes.require_majority(0));
   notes.guard([] { throw InputError("a.txt", 2, "it is wrong", "mend it"); });
   notes.guard([] {});
   notes.loss(5, "it is wrong too");
-  EXPECT_NO_THROW(notes.require_most(3));
+  EXPECT_NO_THROW(notes.require_majority(3));
   const auto what = [&](std::size_t good) -> std::string {
     try {
-      notes.require_most(good);
+      notes.require_majority(good);
     } catch (const InputError& error) {
       return error.what();
     }

@@ -8,8 +8,8 @@
 
 namespace canyon {
 
-/// A process-wide unique number, for remembered().
-[[nodiscard]] inline std::uint64_t new_owner() {
+/// A process-wide unique number, for thread_cached().
+[[nodiscard]] inline std::uint64_t next_cache_id() {
   static std::atomic<std::uint64_t> last = 0;
   return ++last;
 }
@@ -17,8 +17,8 @@ namespace canyon {
 /// The value of an owner's key (below 1024) at an instant. Each thread caches the latest value of a key and
 /// computes it again for another instant. Owners may evict each other's entries.
 template <typename Value, typename Make>
-[[nodiscard]] const Value& remembered(std::uint64_t owner, std::size_t key, std::int64_t instant,
-                                      const Make& make) {
+[[nodiscard]] const Value& thread_cached(std::uint64_t owner, std::size_t key, std::int64_t instant,
+                                         const Make& make) {
   struct CacheSlot {
     std::uint64_t owner = 0;
     std::size_t key = 0;

@@ -391,7 +391,7 @@ City read_city_file(const std::filesystem::path& path) {
   return CityFileReader(path).read();
 }
 
-std::size_t keep_within(Mesh& mesh, const Eigen::AlignedBox2d& plan) {
+std::size_t crop(Mesh& mesh, const Eigen::AlignedBox2d& plan) {
   constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
   const auto is_near = [&](std::uint32_t first, std::uint32_t count) {
     Eigen::AlignedBox2d box;

@@ -17,6 +17,6 @@ void write_city_file(const std::filesystem::path& path, const City& city);
 
 /// Reduces a large city to an area in plan (x, y [m]): drops the objects that do not touch the area, and the
 /// triangles of terrain that do not. Returns the number of dropped objects.
-std::size_t keep_within(Mesh& mesh, const Eigen::AlignedBox2d& plan);
+std::size_t crop(Mesh& mesh, const Eigen::AlignedBox2d& plan);
 
 }  // namespace canyon::city

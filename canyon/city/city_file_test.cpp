@@ -296,7 +296,7 @@ TEST(KeepWithin, KeepsWholeBuildingsAndTheGroundThatTouch) {
   append_object(mesh, "terrain", Surface::Terrain, Material::Ground,
                 {{0, 0, 0}, {100, 0, 0}, {0, 100, 0}, {100, 100, 0}, {40, 100, 0}}, {{0, 1, 2}, {1, 3, 4}});
   canyon::test::append_box(mesh, "touching", Surface::Building, Material::Metal, {-9, 0, 0}, {0, 9, 3});
-  EXPECT_EQ(keep_within(mesh, {Eigen::Vector2d(0, 0), Eigen::Vector2d(10, 10)}), 1U);
+  EXPECT_EQ(crop(mesh, {Eigen::Vector2d(0, 0), Eigen::Vector2d(10, 10)}), 1U);
   check_mesh(mesh, "kept");
   ASSERT_EQ(mesh.objects.size(), 3U);
   EXPECT_EQ(mesh.objects[0].name, "near");

@@ -130,7 +130,7 @@ std::map<std::string, double> facade_fractions(const FacadeOptions& options, dou
   return {};
 }
 
-std::string dress_facades(City& city, const FacadeOptions& options, bool keep_named, std::uint64_t seed) {
+std::string assign_facades(City& city, const FacadeOptions& options, bool keep_named, std::uint64_t seed) {
   options.validate();
   if (!options.is_sampled()) return {};
   Mesh& mesh = city.mesh;

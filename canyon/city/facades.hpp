@@ -47,6 +47,6 @@ void visit(options::Visitor& v, FacadeOptions& o);
 /// @param keep_named walls with a material other than Unknown keep it
 /// @return "facades drawn: 62 coated_glass, 38 concrete; 3 of 103 buildings keep theirs", empty if nothing
 ///   is sampled. Throws InputError like options.validate().
-std::string dress_facades(City& city, const FacadeOptions& options, bool keep_named, std::uint64_t seed);
+std::string assign_facades(City& city, const FacadeOptions& options, bool keep_named, std::uint64_t seed);
 
 }  // namespace canyon::city

@@ -62,7 +62,7 @@ Material wall_material(const Mesh& mesh, const Object& object) {
 
 TEST(Facades, AsGivenTouchesNothing) {
   City city = row_of_boxes(3, Material::Stone);
-  EXPECT_EQ(dress_facades(city, of(FacadeMix::AsGiven), false, 1), "");
+  EXPECT_EQ(assign_facades(city, of(FacadeMix::AsGiven), false, 1), "");
   EXPECT_EQ(city.mesh.materials, row_of_boxes(3, Material::Stone).mesh.materials);
 }
 
@@ -73,7 +73,7 @@ TEST(Facades, ByDefaultAreThoseOfTheBuildingsHeight) {
     canyon::test::append_box(city.mesh, fmt::format("way/{}", i), Surface::Building, Material::Unknown,
                              {20.0 * i, 0, 50}, {20.0 * i + 10, 10, i < kCount ? 60.0 : 110.0});
   }
-  (void)dress_facades(city, {}, false, 1);
+  (void)assign_facades(city, {}, false, 1);
   std::array<int, 2> metal{};
   for (std::size_t i = 0; i < city.mesh.objects.size(); ++i) {
     metal.at(i / kCount) += wall_material(city.mesh, city.mesh.objects[i]) == Material::Metal;
@@ -95,7 +95,7 @@ TEST(Facades, AMapsWordsOverrideTheHeight) {
   FacadeOptions stock = of(FacadeMix::Traditional);
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     City dressed = city;
-    (void)dress_facades(dressed, stock, false, seed);
+    (void)assign_facades(dressed, stock, false, seed);
     EXPECT_NE(wall_material(dressed.mesh, dressed.mesh.objects.front()), Material::Metal)
         << "a mix that is set";
   }
@@ -106,7 +106,7 @@ TEST(Facades, AMapsWordsOverrideTheHeight) {
 TEST(Facades, SharesAreThoseOfTheMix) {
   constexpr int kCount = 4000;
   City city = row_of_boxes(kCount);
-  const std::string logged = dress_facades(city, of(FacadeMix::ThermallyEfficient), false, 1);
+  const std::string logged = assign_facades(city, of(FacadeMix::ThermallyEfficient), false, 1);
   int metal = 0, concrete = 0;
   for (const Object& object : city.mesh.objects) {
     const Material material = wall_material(city.mesh, object);
@@ -128,7 +128,7 @@ TEST(Facades, RoofsFloorsGroundAndVehiclesStay) {
   canyon::test::append_box(city.mesh, "bus", Surface::Vehicle, Material::Glass, {0, 80, 0}, {10, 83, 3});
   canyon::test::append_box(city.mesh, "hill", Surface::Terrain, Material::Ground, {0, 100, 0}, {10, 110, 3});
   canyon::test::append_box(city.mesh, "oak", Surface::Foliage, Material::Foliage, {0, 120, 0}, {10, 130, 3});
-  const std::string logged = dress_facades(city, of({{"metal", 1}}), false, 1);
+  const std::string logged = assign_facades(city, of({{"metal", 1}}), false, 1);
   EXPECT_EQ(logged, "facades drawn: 3 metal");
   for (const Object& object : city.mesh.objects) {
     for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t) {
@@ -146,9 +146,9 @@ TEST(Facades, HangOnSeedAndNameAlone) {
   City whole = row_of_boxes(200);
   City again = row_of_boxes(200);
   City other = row_of_boxes(200);
-  (void)dress_facades(whole, of(FacadeMix::EastAsia), false, 7);
-  (void)dress_facades(again, of(FacadeMix::EastAsia), false, 7);
-  (void)dress_facades(other, of(FacadeMix::EastAsia), false, 8);
+  (void)assign_facades(whole, of(FacadeMix::EastAsia), false, 7);
+  (void)assign_facades(again, of(FacadeMix::EastAsia), false, 7);
+  (void)assign_facades(other, of(FacadeMix::EastAsia), false, 8);
   EXPECT_EQ(whole.mesh.materials, again.mesh.materials);
   EXPECT_NE(whole.mesh.materials, other.mesh.materials);
   // Only the last boxes, as in a smaller part of the map.
@@ -157,7 +157,7 @@ TEST(Facades, HangOnSeedAndNameAlone) {
     canyon::test::append_box(cut.mesh, fmt::format("way/{}", i), Surface::Building, Material::Unknown,
                              {20.0 * i, 0, 0}, {20.0 * i + 10, 10, 30});
   }
-  (void)dress_facades(cut, of(FacadeMix::EastAsia), false, 7);
+  (void)assign_facades(cut, of(FacadeMix::EastAsia), false, 7);
   EXPECT_TRUE(
       std::equal(cut.mesh.materials.begin(), cut.mesh.materials.end(),
                  whole.mesh.materials.end() - static_cast<std::ptrdiff_t>(cut.mesh.materials.size())));
@@ -167,11 +167,11 @@ TEST(Facades, NamedOnesAreKeptWhereAsked) {
   City city = row_of_boxes(3);
   std::fill_n(city.mesh.materials.begin(), 12, Material::Stone);  // the first box, of 12 triangles
   City redrawn = city;
-  EXPECT_EQ(dress_facades(city, of({{"metal", 1}}), true, 1),
+  EXPECT_EQ(assign_facades(city, of({{"metal", 1}}), true, 1),
             "facades drawn: 2 metal; 1 of 3 buildings keep theirs");
   EXPECT_EQ(wall_material(city.mesh, city.mesh.objects[0]), Material::Stone);
   EXPECT_EQ(wall_material(city.mesh, city.mesh.objects[1]), Material::Metal);
-  EXPECT_EQ(dress_facades(redrawn, of({{"metal", 1}}), false, 1), "facades drawn: 3 metal");
+  EXPECT_EQ(assign_facades(redrawn, of({{"metal", 1}}), false, 1), "facades drawn: 3 metal");
   EXPECT_EQ(wall_material(redrawn.mesh, redrawn.mesh.objects[0]), Material::Metal);
 
   FacadeOptions options;
@@ -189,7 +189,7 @@ TEST(Facades, PartsOfACityInOneObjectAreItsBuildings) {
   const std::uint32_t all = static_cast<std::uint32_t>(city.mesh.triangles.size());
   const std::vector<Object> boxes = city.mesh.objects;
   city.mesh.objects = {{"city", Surface::Building, 0, all}};
-  (void)dress_facades(city, of({{"brick", 0.5}, {"metal", 0.5}}), false, 3);
+  (void)assign_facades(city, of({{"brick", 0.5}, {"metal", 0.5}}), false, 3);
   int metal = 0;
   for (const Object& box : boxes) metal += static_cast<int>(wall_material(city.mesh, box) == Material::Metal);
   EXPECT_NEAR(metal, 200, 4 * std::sqrt(0.25 * 400));
@@ -198,7 +198,7 @@ TEST(Facades, PartsOfACityInOneObjectAreItsBuildings) {
 TEST(Facades, SameNamesAreDifferentBuildings) {
   City city = row_of_boxes(64);
   for (Object& object : city.mesh.objects) object.name = "house";
-  (void)dress_facades(city, of({{"brick", 0.5}, {"metal", 0.5}}), false, 1);
+  (void)assign_facades(city, of({{"brick", 0.5}, {"metal", 0.5}}), false, 1);
   const auto& m = city.mesh.materials;
   EXPECT_THAT(m, ::testing::Contains(Material::Brick));
   EXPECT_THAT(m, ::testing::Contains(Material::Metal));
@@ -248,7 +248,7 @@ TEST(Facades, WrongSharesAreRefused) {
 
 TEST(Facades, AnOpenFieldHasNone) {
   City city;
-  EXPECT_EQ(dress_facades(city, of(FacadeMix::Europe), false, 1), "facades drawn: none");
+  EXPECT_EQ(assign_facades(city, of(FacadeMix::Europe), false, 1), "facades drawn: none");
 }
 
 }  // namespace

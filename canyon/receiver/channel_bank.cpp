@@ -70,9 +70,9 @@ tracking::Channel& ChannelBank::channel_of(const tracking::AntennaMotion& motion
 
 /// Processes one signal in its channel if signals have a strength; else returns empty. Sets the observation's
 /// lock, C/N0 and excess. @param received whether a receiver without thresholds receives it
-std::optional<Tracked> ChannelBank::track(const tracking::AntennaMotion& motion,
-                                          const propagation::SatelliteView& view, bool free, bool received,
-                                          SignalObservation& observation) {
+std::optional<TrackedChannel> ChannelBank::track(const tracking::AntennaMotion& motion,
+                                                 const propagation::SatelliteView& view, bool free,
+                                                 bool received, SignalObservation& observation) {
   if (!view.paths.paths.empty()) observation.tracked_path = view.paths.paths.front().kind;
   if (!signals_) {
     observation.direct = in_line_of_sight(view.paths.visibility);
@@ -83,7 +83,7 @@ std::optional<Tracked> ChannelBank::track(const tracking::AntennaMotion& motion,
     return std::nullopt;
   }
   tracking::Channel& channel = channel_of(motion, view.line.id, *observation.signal);
-  Tracked tracked{&channel, {}};
+  TrackedChannel tracked{&channel, {}};
   tracked.reception = free ? channel.receive(*signals_, motion, view) : channel.receive_nothing(motion.time);
   observation.lock = tracked.reception.lock;
   observation.cn0_dbhz = tracked.reception.cn0_dbhz;
@@ -109,10 +109,10 @@ Visibility ChannelBank::visibility_of(const SatelliteObservation& satellite) con
   return strong ? Visibility::NLOS : Visibility::Blocked;
 }
 
-Followed ChannelBank::follow(const tracking::AntennaMotion& motion, const propagation::Arrival& arrival,
-                             ReceiverEpoch& epoch) {
+TrackingResult ChannelBank::follow(const tracking::AntennaMotion& motion, const propagation::Arrival& arrival,
+                                   ReceiverEpoch& epoch) {
   const bool free = arrival.containment == raytrace::Containment::Free;
-  Followed followed;
+  TrackingResult followed;
   epoch.satellites.reserve(arrival.views.size());
   followed.satellites.reserve(arrival.views.size());
   followed.channels.reserve(arrival.views.size());
@@ -154,7 +154,7 @@ void ChannelBank::drop_channels_except(const std::vector<SatelliteObservation>& 
   }
 }
 
-tracking::LoopErrors ChannelBank::sample(const Tracked& tracked, geodesy::GpsTime now) {
+tracking::LoopErrors ChannelBank::sample(const TrackedChannel& tracked, geodesy::GpsTime now) {
   return tracked.channel->sample(*signals_, now, *tracked.reception.cn0_dbhz);
 }
 

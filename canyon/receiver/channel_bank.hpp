@@ -33,13 +33,13 @@ namespace canyon::receiver {
 /// of receivers of several systems under an open sky (a test: within 3 s). If T is below 18 s, too short for
 /// a GPS satellite's ephemeris, the ephemeris comes from a network: search of 0.8 to 1.6 T. The distribution
 /// of the search time is assumed.
-class KnownEphemerides {
+class EphemerisAcquisition {
  public:
   /// @param channels_search whether the receiver's channels search for search_s(); else a satellite is found
   /// this long after it appears
   /// @param draws name of its random streams
-  KnownEphemerides(const disturbance::Restart& restart, const tracking::SignalLockOptions& lock,
-                   bool channels_search, std::uint64_t seed, std::string stream_name)
+  EphemerisAcquisition(const disturbance::Restart& restart, const tracking::SignalLockOptions& lock,
+                       bool channels_search, std::uint64_t seed, std::string stream_name)
       : restart_(restart),
         lock_(lock),
         channels_search_(channels_search),
@@ -54,7 +54,7 @@ class KnownEphemerides {
                                                            gnss::to_string(id), restart_.at.nanoseconds()))
                                .uniform();
     const double cold_s = lock_.cold_acquisition_s;
-    if (by_network()) return (0.8 + 0.8 * uniform) * cold_s;
+    if (has_network_aid()) return (0.8 + 0.8 * uniform) * cold_s;
     return (0.4 + 1.85 * uniform) * std::max(1.0, cold_s - 20);
   }
 
@@ -72,7 +72,7 @@ class KnownEphemerides {
     if (now < *satellite.since) return false;
     if (restart_.ephemeris_s) {
       if (now - *satellite.since >= *restart_.ephemeris_s) satellite.unread = 0;
-    } else if (restart_.kind == disturbance::RestartKind::Hot || by_network()) {
+    } else if (restart_.kind == disturbance::RestartKind::Hot || has_network_aid()) {
       satellite.unread = 0;
     } else {
       satellite.unread &= broadcast::unsent_ephemeris(id, signal, *satellite.since, now);
@@ -85,7 +85,7 @@ class KnownEphemerides {
     std::optional<geodesy::GpsTime> since;  // readable without interruption
     std::uint32_t unread = ~0U;             // messages not yet read
   };
-  [[nodiscard]] bool by_network() const {
+  [[nodiscard]] bool has_network_aid() const {
     constexpr double kSubframes1To3_s = 18;
     return lock_.cold_acquisition_s < kSubframes1To3_s;
   }
@@ -99,20 +99,20 @@ class KnownEphemerides {
 };
 
 /// A signal's channel after an epoch.
-struct Tracked {
+struct TrackedChannel {
   tracking::Channel* channel = nullptr;
   tracking::Reception reception;
 };
 
 /// The satellites of an epoch after processing by their channels, in the order of ReceiverEpoch.
-struct Followed {
+struct TrackingResult {
   struct Satellite {
     const propagation::SatelliteView* view;
     std::size_t first_channel;  ///< in `channels`; those of SatelliteObservation::more come next
   };
   std::vector<Satellite> satellites;
-  std::vector<std::optional<Tracked>> channels;  ///< empty if signals have no strength
-  int los = 0;                                   ///< satellites in line of sight above the mask
+  std::vector<std::optional<TrackedChannel>> channels;  ///< empty if signals have no strength
+  int los = 0;                                          ///< satellites in line of sight above the mask
 };
 
 /// A receiver's front end and its channels: found signals, their strength, and known ephemerides.
@@ -130,20 +130,21 @@ class ChannelBank {
   /// State of the front end around each tracked carrier, by carrier.
   [[nodiscard]] std::vector<BandState> bands(std::span<const tracking::ReceivedWave> waves);
   /// Lists the satellites of an arrival in `epoch`, and processes their signals in their channels.
-  [[nodiscard]] Followed follow(const tracking::AntennaMotion& motion, const propagation::Arrival& arrival,
-                                ReceiverEpoch& epoch);
+  [[nodiscard]] TrackingResult follow(const tracking::AntennaMotion& motion,
+                                      const propagation::Arrival& arrival, ReceiverEpoch& epoch);
   /// Processes an epoch without signal in the channels of all satellites not in `satellites` (ascending).
   void drop_channels_except(const std::vector<SatelliteObservation>& satellites, geodesy::GpsTime now);
   /// Errors of a tracked signal's loops at an epoch.
-  [[nodiscard]] tracking::LoopErrors sample(const Tracked& tracked, geodesy::GpsTime now);
+  [[nodiscard]] tracking::LoopErrors sample(const TrackedChannel& tracked, geodesy::GpsTime now);
   /// Whether a satellite's ephemeris is known; call once per epoch for each.
   [[nodiscard]] bool read_ephemeris(const SatelliteObservation& satellite, geodesy::GpsTime now);
 
  private:
   [[nodiscard]] tracking::Channel& channel_of(const tracking::AntennaMotion& motion, gnss::SatelliteId id,
                                               const gnss::Signal& signal);
-  std::optional<Tracked> track(const tracking::AntennaMotion& motion, const propagation::SatelliteView& view,
-                               bool free, bool received, SignalObservation& observation);
+  std::optional<TrackedChannel> track(const tracking::AntennaMotion& motion,
+                                      const propagation::SatelliteView& view, bool free, bool received,
+                                      SignalObservation& observation);
   [[nodiscard]] propagation::Visibility visibility_of(const SatelliteObservation& satellite) const;
 
   const ReceiverOptions& options_;
@@ -153,7 +154,7 @@ class ChannelBank {
   std::array<std::vector<const gnss::Signal*>, gnss::kSystemCount> tracks_;
   std::optional<tracking::ChannelModel> signals_;  ///< empty: signals have no strength
   std::map<gnss::SatelliteId, std::vector<tracking::Channel>> channels_;
-  std::optional<KnownEphemerides> known_;  ///< since the last restart; empty: all
+  std::optional<EphemerisAcquisition> known_;  ///< since the last restart; empty: all
   // Members to keep their capacity.
   std::vector<tracking::ReceivedWave> received_waves_;
   std::vector<const gnss::Signal*> wanted_;

@@ -70,7 +70,7 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
     clock.sum -= seen.code_m;
     ++clock.count;
   }
-  std::vector<Sighting> sightings;
+  std::vector<CorrectionResidual> sightings;
   for (const relative::ObservedMinusComputed& seen : computed) {
     const Mean& clock = clock_of(seen.id);
     double& metres = corrections_.at({seen.id, seen.signal}).metres;
@@ -82,7 +82,7 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
 
 // A station whose reported position is off by d gives corrections of -towards . d plus a delay of each signal
 // in the station's receiver. Echoes in its codes are outliers: least squares with Huber's weights.
-void CodeCorrections::locate(std::vector<Sighting> sightings) {
+void CodeCorrections::locate(std::vector<CorrectionResidual> sightings) {
   constexpr int kRounds = 20;
   constexpr double kOutlier_m = 3, kMaxPdop = 5;
   struct Mean {
@@ -92,20 +92,20 @@ void CodeCorrections::locate(std::vector<Sighting> sightings) {
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();
   for (int round = 0; round < kRounds; ++round) {
     std::map<const gnss::Signal*, Mean> means;
-    for (const Sighting& seen : sightings) {
+    for (const CorrectionResidual& seen : sightings) {
       Mean& mean = means[seen.signal];
       mean.towards += seen.weight * seen.towards;
       mean.metres += seen.weight * seen.metres;
       mean.weight += seen.weight;
     }
-    const auto row = [&](const Sighting& seen) {
+    const auto row = [&](const CorrectionResidual& seen) {
       const Mean& mean = means.at(seen.signal);
       return std::pair<Eigen::Vector3d, double>(mean.towards / mean.weight - seen.towards,
                                                 seen.metres - mean.metres / mean.weight);
     };
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
-    for (const Sighting& seen : sightings) {
+    for (const CorrectionResidual& seen : sightings) {
       const auto [h, metres] = row(seen);
       normal += seen.weight * h * h.transpose();
       right += seen.weight * h * metres;
@@ -115,7 +115,7 @@ void CodeCorrections::locate(std::vector<Sighting> sightings) {
     if (round == 0 && !(inverse.trace() < kMaxPdop * kMaxPdop)) return;  // true for NaN
     if (!inverse.allFinite()) break;
     offset = inverse * right;
-    for (Sighting& seen : sightings) {
+    for (CorrectionResidual& seen : sightings) {
       const auto [h, metres] = row(seen);
       seen.weight = std::min(1.0, kOutlier_m / std::abs(metres - h.dot(offset)));
     }

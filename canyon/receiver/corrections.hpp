@@ -63,13 +63,13 @@ class CodeCorrections {
 
  private:
   /// Residual of a signal's correction, for locating the station.
-  struct Sighting {
+  struct CorrectionResidual {
     const gnss::Signal* signal;
     Eigen::Vector3d towards;  ///< unit, from the station to the satellite
     double metres;            ///< of its correction
     double weight = 1;
   };
-  void locate(std::vector<Sighting> sightings);
+  void locate(std::vector<CorrectionResidual> sightings);
 
   double max_age_s_;
   int station_ = 0;

@@ -162,14 +162,15 @@ void FixInput::correct(gnss::SatelliteId id, geodesy::GpsTime time, const CodeCo
   });
 }
 
-std::optional<FixInput::Chosen> FixInput::next(const SatelliteObservation& satellite,
-                                               const orbit::SatelliteState& state, geodesy::GpsTime time,
-                                               double model_m, const CodeCorrections* corrections) {
+std::optional<FixInput::CombinedMeasurement> FixInput::next(const SatelliteObservation& satellite,
+                                                            const orbit::SatelliteState& state,
+                                                            geodesy::GpsTime time, double model_m,
+                                                            const CodeCorrections* corrections) {
   gather(satellite, time);
   if (options_.smoothing.smoothing != positioning::Smoothing::None) smooth(satellite.id, time);
   choose(*satellite.signal);
   refer_to_l1(state);
-  std::optional<Chosen> chosen = combine(satellite.elevation_rad, model_m);
+  std::optional<CombinedMeasurement> chosen = combine(satellite.elevation_rad, model_m);
   if (!chosen || corrections == nullptr) return chosen;
   correct(satellite.id, time, *corrections);
   const auto corrected = combine(satellite.elevation_rad, model_m);
@@ -181,14 +182,14 @@ std::optional<FixInput::Chosen> FixInput::next(const SatelliteObservation& satel
   return chosen;
 }
 
-std::optional<FixInput::Chosen> FixInput::combine(double elevation_rad, double model_m) {
+std::optional<FixInput::CombinedMeasurement> FixInput::combine(double elevation_rad, double model_m) {
   if (codes_.empty()) return std::nullopt;
   if (options_.combination == Combination::IonosphereFree) return ionosphere_free();
   if (options_.combination == Combination::Uncombined) return uncombined(elevation_rad, model_m);
-  return Chosen{codes_.front().measurement, std::nullopt, std::nullopt};
+  return CombinedMeasurement{codes_.front().measurement, std::nullopt, std::nullopt};
 }
 
-std::optional<FixInput::Chosen> FixInput::ionosphere_free() const {
+std::optional<FixInput::CombinedMeasurement> FixInput::ionosphere_free() const {
   const Code& first = codes_.front();
   const Code* other = nullptr;
   double apart_hz = kApart_hz;
@@ -199,7 +200,7 @@ std::optional<FixInput::Chosen> FixInput::ionosphere_free() const {
     other = &code;
   }
   if (other == nullptr && !fix_.correct_ionosphere) return std::nullopt;
-  Chosen chosen{first.measurement, std::nullopt, std::nullopt};
+  CombinedMeasurement chosen{first.measurement, std::nullopt, std::nullopt};
   if (other == nullptr) return chosen;
   // (f1^2 P1 - f2^2 P2) / (f1^2 - f2^2).
   Measurement& m = chosen.measurement;
@@ -212,7 +213,7 @@ std::optional<FixInput::Chosen> FixInput::ionosphere_free() const {
   return chosen;
 }
 
-FixInput::Chosen FixInput::uncombined(double elevation_rad, double model_m) {
+FixInput::CombinedMeasurement FixInput::uncombined(double elevation_rad, double model_m) {
   // P_i = x + g_i I + e_i, I with the a priori deviation sigma_I about its model. The weights of x are those
   // of the rows of C^-1, C = diag(sigma_i^2) + sigma_I^2 g g^T (Sherman & Morrison).
   double sum = 0, sum_g = 0, sum_gg = 0;
@@ -234,7 +235,7 @@ FixInput::Chosen FixInput::uncombined(double elevation_rad, double model_m) {
     rate += w * code.iono_rate;
   }
   const Code& first = codes_.front();
-  Chosen chosen{first.measurement, std::nullopt, std::nullopt};
+  CombinedMeasurement chosen{first.measurement, std::nullopt, std::nullopt};
   if (codes_.size() > 1) {
     // The estimate of I itself, from the residual of each code.
     double seen = 0;

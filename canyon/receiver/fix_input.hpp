@@ -54,7 +54,7 @@ class FixInput {
   /// Uses weights, C/N0 mask and the correlation times of code errors from options that validate().
   explicit FixInput(const ReceiverOptions& options);
 
-  struct Chosen {
+  struct CombinedMeasurement {
     positioning::Measurement measurement;  ///< referred to the signal near L1, as the sky's satellite clock
     /// Slant delay of the ionosphere at 1575.42 MHz [m], model plus estimate; only with
     /// Combination::Uncombined and two signals or more.
@@ -65,9 +65,10 @@ class FixInput {
   /// A satellite's measurement for the fix; call once per epoch. Empty if it has none.
   /// @param model_m the ionosphere's delay at 1575.42 MHz that the fix corrects [m]
   /// @param corrections of smoothed codes; null: none
-  [[nodiscard]] std::optional<Chosen> next(const SatelliteObservation& satellite,
-                                           const orbit::SatelliteState& state, geodesy::GpsTime time,
-                                           double model_m, const CodeCorrections* corrections = nullptr);
+  [[nodiscard]] std::optional<CombinedMeasurement> next(const SatelliteObservation& satellite,
+                                                        const orbit::SatelliteState& state,
+                                                        geodesy::GpsTime time, double model_m,
+                                                        const CodeCorrections* corrections = nullptr);
 
  private:
   /// A signal that may be used in the fix.
@@ -93,9 +94,9 @@ class FixInput {
   /// reported_sigmas_m_.
   void correct(gnss::SatelliteId id, geodesy::GpsTime time, const CodeCorrections& corrections);
   /// Combines the remaining codes into one measurement; precondition: at least one.
-  [[nodiscard]] std::optional<Chosen> combine(double elevation_rad, double model_m);
-  [[nodiscard]] std::optional<Chosen> ionosphere_free() const;
-  [[nodiscard]] Chosen uncombined(double elevation_rad, double model_m);
+  [[nodiscard]] std::optional<CombinedMeasurement> combine(double elevation_rad, double model_m);
+  [[nodiscard]] std::optional<CombinedMeasurement> ionosphere_free() const;
+  [[nodiscard]] CombinedMeasurement uncombined(double elevation_rad, double model_m);
   [[nodiscard]] std::optional<double> step_m(const Carrier& carrier, const positioning::Measurement& m) const;
 
   FixInputOptions options_;

@@ -60,7 +60,7 @@ SatelliteObservation observe(const std::vector<Made>& signals, double ionosphere
 }
 
 /// The range that the fix uses: it subtracts the group delay of L1.
-double cleaned_m(const FixInput::Chosen& chosen, const orbit::SatelliteState& state) {
+double cleaned_m(const FixInput::CombinedMeasurement& chosen, const orbit::SatelliteState& state) {
   return chosen.measurement.pseudorange_m - kSpeedOfLight * state.group_delay_s;
 }
 

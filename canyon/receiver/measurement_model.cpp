@@ -15,7 +15,7 @@ MeasurementModel::MeasurementModel(const ReceiverOptions& options, std::uint64_t
       noise_sigma_m_(options.reported_noise_m()),
       noise_doppler_sigma_hz_(options.noise.enabled ? options.noise.doppler_sigma_hz : 0) {}
 
-void MeasurementModel::set_geometry(Instant& at, const Eigen::Vector3d& antenna_ecef) const {
+void MeasurementModel::set_geometry(EpochState& at, const Eigen::Vector3d& antenna_ecef) const {
   at.position = geodesy::geodetic_from_ecef(antenna_ecef);
   if (!options_.ionosphere && !options_.troposphere) return;
   const auto neighbour = [&](double dt_s) {
@@ -57,7 +57,8 @@ MeasurementModel::SignalNoise& MeasurementModel::noise_of(gnss::SatelliteId id, 
       .first->second;
 }
 
-positioning::Measurement MeasurementModel::measure(const Instant& at, const propagation::SatelliteView& view,
+positioning::Measurement MeasurementModel::measure(const EpochState& at,
+                                                   const propagation::SatelliteView& view,
                                                    const tracking::Reception* reception,
                                                    const tracking::LoopErrors& loops, bool drifting,
                                                    SignalObservation& observation) {
@@ -123,7 +124,7 @@ positioning::Measurement MeasurementModel::measure(const Instant& at, const prop
   return m;
 }
 
-double MeasurementModel::ionosphere_model_m(const Instant& at, const orbit::LineOfSight& line) const {
+double MeasurementModel::ionosphere_model_m(const EpochState& at, const orbit::LineOfSight& line) const {
   const RangeTerm& ionosphere = range_terms()[static_cast<std::size_t>(RangeTermId::Ionosphere)];
   return ionosphere
       .model_m({&options_.fix,

@@ -13,7 +13,7 @@
 namespace canyon::receiver {
 
 /// Values of an epoch common to all of its satellites.
-struct Instant {
+struct EpochState {
   geodesy::GpsTime time;
   ClockReading clock;
   tracking::AntennaMotion motion;
@@ -30,18 +30,18 @@ class MeasurementModel {
   MeasurementModel(const ReceiverOptions& options, std::uint64_t seed);
 
   /// Sets the antenna's position of an epoch, and the inputs of the atmosphere's rates.
-  void set_geometry(Instant& at, const Eigen::Vector3d& antenna_ecef) const;
+  void set_geometry(EpochState& at, const Eigen::Vector3d& antenna_ecef) const;
   /// The measurement of a tracked signal; sets the terms of its pseudorange in `observation`.
   /// @param reception of its channel; null if signals have no strength
   /// @param loops errors of its channel's loops
   /// @param drifting whether the mean of the noise is in drift mode (NoiseOptions::drifts())
-  [[nodiscard]] positioning::Measurement measure(const Instant& at, const propagation::SatelliteView& view,
+  [[nodiscard]] positioning::Measurement measure(const EpochState& at, const propagation::SatelliteView& view,
                                                  const tracking::Reception* reception,
                                                  const tracking::LoopErrors& loops, bool drifting,
                                                  SignalObservation& observation);
 
   /// Ionosphere correction of the fix for a code at 1575.42 MHz [m].
-  [[nodiscard]] double ionosphere_model_m(const Instant& at, const orbit::LineOfSight& line) const;
+  [[nodiscard]] double ionosphere_model_m(const EpochState& at, const orbit::LineOfSight& line) const;
 
  private:
   /// Noise of one satellite's pseudorange and Doppler that does not depend on its strength.

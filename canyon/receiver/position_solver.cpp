@@ -74,7 +74,7 @@ const positioning::Fix& PositionSolver::without_signal() {
   return epoch_fix_;
 }
 
-positioning::Fix PositionSolver::solve(geodesy::GpsTime receiver_time, const Solvable& measured,
+positioning::Fix PositionSolver::solve(geodesy::GpsTime receiver_time, const SolverInput& measured,
                                        const orbit::Sky& sky, const Klobuchars& klobuchar) {
   positioning::Fix fix;
   if (!measured.corrected.empty()) fix = solve_alone(receiver_time, measured.corrected, sky, klobuchar);

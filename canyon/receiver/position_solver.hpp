@@ -14,7 +14,7 @@
 namespace canyon::receiver {
 
 /// An epoch's measurements, as input of solvers.
-struct Solvable {
+struct SolverInput {
   std::vector<positioning::Measurement> codes, corrected;
   std::vector<relative::SignalMeasurement> signal_entries;  ///< for the carrier-phase filter alone
 };
@@ -35,7 +35,7 @@ class PositionSolver {
   /// Whether Solvable::signal_entries is needed.
   [[nodiscard]] bool uses_phases() const { return rtk_.has_value(); }
   /// The position of an epoch: of its corrected measurements if they have a solution, else of all.
-  [[nodiscard]] positioning::Fix solve(geodesy::GpsTime receiver_time, const Solvable& measured,
+  [[nodiscard]] positioning::Fix solve(geodesy::GpsTime receiver_time, const SolverInput& measured,
                                        const orbit::Sky& sky,
                                        const std::map<gnss::System, gnss::Klobuchar>& klobuchar);
   /// The solution of an epoch without any signal.

@@ -119,8 +119,8 @@ struct Receiver::State {
   }
 
   /// Starts an epoch: disturbs its arrival, sets the clock and the bands of `epoch`.
-  [[nodiscard]] Instant begin(const EpochContext& context, ReceiverEpoch& epoch) {
-    Instant at;
+  [[nodiscard]] EpochState begin(const EpochContext& context, ReceiverEpoch& epoch) {
+    EpochState at;
     at.time = epoch.time = context.antenna.time;
     at.motion = go_to(context.antenna);
     at.motion.ecef_from_enu = context.arrival.ecef_from_enu;
@@ -138,19 +138,20 @@ struct Receiver::State {
   }
 
   /// Measures the signals of an epoch's satellites, and prepares the input of solvers.
-  [[nodiscard]] Solvable measure(const Instant& at, const Followed& followed, ReceiverEpoch& epoch) {
+  [[nodiscard]] SolverInput measure(const EpochState& at, const TrackingResult& followed,
+                                    ReceiverEpoch& epoch) {
     const bool drifting = options.noise.drifts(at.motion.velocity_ecef.norm(), followed.los);
     const bool modelled = options.fix_input.combination == Combination::Uncombined;
     const CodeCorrections* usable = solver.corrections(epoch.receiver_time);
     if (usable != nullptr) epoch.station_offset_m = usable->station_offset_m();
-    Solvable result;
+    SolverInput result;
     result.codes.reserve(followed.satellites.size());
     for (std::size_t i = 0; i < followed.satellites.size(); ++i) {
       SatelliteObservation& satellite = epoch.satellites[i];
       const propagation::SatelliteView& view = *followed.satellites[i].view;
       std::size_t channel = followed.satellites[i].first_channel;
       satellite.for_each_signal([&](SignalObservation& signal) {
-        const std::optional<Tracked>& tracked = followed.channels[channel++];
+        const std::optional<TrackedChannel>& tracked = followed.channels[channel++];
         if (!satellite.above_mask || signal.lock != tracking::LockState::Tracking) return;
         const tracking::LoopErrors loops =
             tracked ? channels.sample(*tracked, at.time) : tracking::LoopErrors();
@@ -179,11 +180,11 @@ struct Receiver::State {
 
   [[nodiscard]] ReceiverEpoch observe(const EpochContext& context) {
     ReceiverEpoch epoch;
-    const Instant at = begin(context, epoch);
+    const EpochState at = begin(context, epoch);
     const orbit::Sky& sky = context.arrival.broadcast ? *context.arrival.broadcast : context.sky;
-    const Followed followed = channels.follow(at.motion, context.arrival, epoch);
+    const TrackingResult followed = channels.follow(at.motion, context.arrival, epoch);
     solver.take(context, sky);
-    const Solvable measured = measure(at, followed, epoch);
+    const SolverInput measured = measure(at, followed, epoch);
     std::sort(epoch.satellites.begin(), epoch.satellites.end(),
               [](const SatelliteObservation& a, const SatelliteObservation& b) { return a.id < b.id; });
     channels.drop_channels_except(epoch.satellites, at.time);

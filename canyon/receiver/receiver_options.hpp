@@ -22,7 +22,7 @@
 namespace canyon::receiver {
 
 /// Pseudorange noise, one OU process per satellite; and the paper's drifting mean. It represents the residual
-/// errors of orbits, clocks and atmosphere if no errors in space are simulated (errors::SpaceErrors).
+/// errors of orbits, clocks and atmosphere if no errors in space are simulated (errors::RangeErrorModel).
 struct NoiseOptions {
   /// Default: on if there are no errors in space.
   options::Switch enabled = true;

@@ -503,20 +503,20 @@ TEST(ReceiverSignal, PositionFilterAnswersForTheFix) {
       arrive(views[1], {});
     }
     const ReceiverEpoch epoch = observe(bare, six_satellites(), time, views);
-    const ReceiverEpoch answer = observe(smooth, six_satellites(), time, views);
+    const ReceiverEpoch result = observe(smooth, six_satellites(), time, views);
     std::vector<positioning::Measurement> measurements;
-    for (const SatelliteObservation& seen : answer.satellites) {
+    for (const SatelliteObservation& seen : result.satellites) {
       if (seen.measurement) measurements.push_back(*seen.measurement);
     }
     const positioning::Fix expected =
-        filter.update(answer.receiver_time, measurements, six_satellites(), epoch.fix);
+        filter.update(result.receiver_time, measurements, six_satellites(), epoch.fix);
     EXPECT_EQ(epoch.fix.solved(), i != 15) << i;
-    ASSERT_TRUE(answer.fix.solved()) << i;
-    EXPECT_EQ(answer.fix.position_ecef, expected.position_ecef) << i;
+    ASSERT_TRUE(result.fix.solved()) << i;
+    EXPECT_EQ(result.fix.position_ecef, expected.position_ecef) << i;
     if (i > 0) {
-      EXPECT_NE(answer.fix.position_ecef, epoch.fix.position_ecef) << i;
+      EXPECT_NE(result.fix.position_ecef, epoch.fix.position_ecef) << i;
     }
-    for (const SatelliteObservation& seen : answer.satellites) {
+    for (const SatelliteObservation& seen : result.satellites) {
       EXPECT_EQ(seen.used,
                 std::find(expected.used.begin(), expected.used.end(), seen.id) != expected.used.end());
     }

@@ -362,15 +362,15 @@ TEST(Corrections, AreTheSameLive) {
   Collector batch;
   (void)simulation.run({&batch});
   const auto scene = std::make_shared<CityScene>(city::synthetic_city({}));
-  simulation::Run live(parse_live_config(kLive, "host"), scene, simulation.begin());
+  simulation::ReceiverGroup live(parse_live_config(kLive, "host"), scene, simulation.begin());
   ASSERT_EQ(batch.epochs.size(), 82U);
   int differential = 0;
   for (std::size_t k = 0; k < batch.epochs.size(); k += 2) {
     const Epoch& expected = batch.epochs[k];
     const geodesy::GpsTime time = expected.truth.time;
-    std::vector<simulation::Run::Due> due{{1, time, live.fixed_pose(1, time)},
-                                          {0, time, simulation.antenna_pose(0, time)}};
-    const std::vector<LiveReceiver::Step> steps = live.make(due, false);
+    std::vector<simulation::ReceiverGroup::Due> due{{1, time, live.fixed_pose(1, time)},
+                                                    {0, time, simulation.antenna_pose(0, time)}};
+    const std::vector<ReceiverRunner::Step> steps = live.make(due, false);
     EXPECT_EQ(steps[0].epoch.receiver, 1U);
     for (const auto& [a, b] :
          {std::pair(&expected, &steps[1].epoch), {&batch.epochs[k + 1], &steps[0].epoch}}) {
@@ -395,7 +395,7 @@ TEST(Corrections, OfAHostNeedABase) {
               HasSubstr("'rover' is the name of the receiver"));
   EXPECT_THAT(refusal("corrections: {from: 'ntrip://127.0.0.1:2101/BASE'}\n"),
               AllOf(HasSubstr("host:1"), HasSubstr("is a stream, which hosts do not read")));
-  const LiveConfig config = parse_live_config(kLive, "host");
+  const RunnerConfig config = parse_live_config(kLive, "host");
   EXPECT_THAT(std::string(test::error_of([&] {
                             (void)changed_live_config(config, "corrections: {from: other}", "change");
                           }).what()),
@@ -413,13 +413,13 @@ TEST(Corrections, OfAHostNeedABase) {
 // Faults contain the names of rover and base.
 TEST(Corrections, FaultsOfAHostReachItsBase) {
   const auto scene = std::make_shared<CityScene>(city::synthetic_city({}));
-  const LiveConfig config = parse_live_config(kLive, "host");
-  simulation::Run live(config, scene, *config.start);
+  const RunnerConfig config = parse_live_config(kLive, "host");
+  simulation::ReceiverGroup live(config, scene, *config.start);
   EXPECT_EQ(live.order(), (std::vector<std::size_t>{1, 0}));
   const auto base_at = [&](double seconds) {
     const geodesy::GpsTime time = live[0].at(seconds);
     const Pose rover = pose_of({{0, 0, 1.5}}, {scene->city.frame}, time);
-    std::vector<simulation::Run::Due> due{{1, time, live.fixed_pose(1, time)}, {0, time, rover}};
+    std::vector<simulation::ReceiverGroup::Due> due{{1, time, live.fixed_pose(1, time)}, {0, time, rover}};
     return live.make(due, false).front().epoch;
   };
   EXPECT_TRUE(base_at(0).observed.fix.measured());
@@ -428,7 +428,7 @@ TEST(Corrections, FaultsOfAHostReachItsBase) {
   live.end_fault(name);
   EXPECT_NE(base_at(2).faults, std::vector<std::string>{name});
   // A single receiver cannot have it.
-  EXPECT_THAT(test::error_of([&] { (void)LiveReceiver(config, scene, *config.start); }).what(),
+  EXPECT_THAT(test::error_of([&] { (void)ReceiverRunner(config, scene, *config.start); }).what(),
               HasSubstr("simulation::Run"));
   EXPECT_THAT(test::error_of([&] { live.end_fault("none"); }).what(), HasSubstr("none"));
 }
@@ -436,12 +436,12 @@ TEST(Corrections, FaultsOfAHostReachItsBase) {
 // The link uses the options that a receiver gets while it runs.
 TEST(Corrections, OfARunFollowTheOptionsOfItsReceiver) {
   const auto scene = std::make_shared<CityScene>(city::synthetic_city({}));
-  const LiveConfig config = parse_live_config(kLive, "host");
-  simulation::Run live(config, scene, *config.start);
+  const RunnerConfig config = parse_live_config(kLive, "host");
+  simulation::ReceiverGroup live(config, scene, *config.start);
   const auto kind_at = [&](double seconds) {
     const geodesy::GpsTime time = live[0].at(seconds);
-    const std::vector<simulation::Run::Due> due{{1, time, live.fixed_pose(1, time)},
-                                                {0, time, pose_of({{0, 0, 150}}, {scene->city.frame}, time)}};
+    const std::vector<simulation::ReceiverGroup::Due> due{
+        {1, time, live.fixed_pose(1, time)}, {0, time, pose_of({{0, 0, 150}}, {scene->city.frame}, time)}};
     return live.make(due, false).back().epoch.observed.fix.kind();
   };
   for (const double seconds : {0.0, 1.0, 2.0}) (void)kind_at(seconds);

@@ -1,4 +1,4 @@
-// Disturbances of a calling program, through Simulation and LiveReceiver.
+// Disturbances of a calling program, through Simulation and ReceiverRunner.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -102,13 +102,13 @@ class Host {
   }
 
  private:
-  static LiveConfig config(std::vector<disturbance::DisturbanceSource> disturbances) {
-    return LiveConfig(street(std::move(disturbances)));
+  static RunnerConfig config(std::vector<disturbance::DisturbanceSource> disturbances) {
+    return RunnerConfig(street(std::move(disturbances)));
   }
   static std::shared_ptr<CityScene> scene() { return std::make_shared<CityScene>(city::synthetic_city({})); }
 
   Simulation simulation_;
-  LiveReceiver live_;
+  ReceiverRunner live_;
 };
 
 const receiver::SatelliteObservation* find(const Epoch& epoch, gnss::SatelliteId id) {

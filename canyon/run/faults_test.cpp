@@ -1,4 +1,4 @@
-// Faults of a timeline, through Simulation and LiveReceiver.
+// Faults of a timeline, through Simulation and ReceiverRunner.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -465,18 +465,18 @@ class Host {
  public:
   explicit Host(const std::string& text) {
     const Scenario scenario = parse_scenario(text, "s.yaml");
-    live_ = std::make_unique<LiveReceiver>(
-        LiveConfig(scenario), std::make_shared<CityScene>(open_field(scenario)), *scenario.start);
+    live_ = std::make_unique<ReceiverRunner>(
+        RunnerConfig(scenario), std::make_shared<CityScene>(open_field(scenario)), *scenario.start);
   }
   Epoch step(double seconds) {
     RigidPose antenna;
     antenna.position_m = {0, 0, 2};
     return live_->observe(seconds, antenna).epoch;
   }
-  LiveReceiver& operator*() { return *live_; }
+  ReceiverRunner& operator*() { return *live_; }
 
  private:
-  std::unique_ptr<LiveReceiver> live_;
+  std::unique_ptr<ReceiverRunner> live_;
 };
 
 TEST(FaultTimeline, GivesTheSameNumbersOfflineAndLiveAndTwice) {
@@ -504,7 +504,7 @@ TEST(FaultTimeline, GivesTheSameNumbersOfflineAndLiveAndTwice) {
 
 TEST(FaultTimeline, ChangesWhileAReceiverRuns) {
   Host host(text_of("", ""));
-  LiveReceiver& live = *host;
+  ReceiverRunner& live = *host;
   EXPECT_TRUE(host.step(0).observed.fix.solved());
   EXPECT_EQ(live.add_fault("outage: {}"), "outage 1");
   EXPECT_EQ(live.add_fault(R"({"name": "later", "from_s": 5, "clock": {"jump_s": 1e-3}})"), "later");

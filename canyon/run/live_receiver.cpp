@@ -57,8 +57,8 @@ std::shared_ptr<CityScene> checked(std::shared_ptr<CityScene> scene) {
 
 }  // namespace
 
-struct LiveReceiver::Impl {
-  Impl(LiveConfig c, std::shared_ptr<CityScene> s, GpsTime t, bool shared,
+struct ReceiverRunner::Impl {
+  Impl(RunnerConfig c, std::shared_ptr<CityScene> s, GpsTime t, bool shared,
        std::shared_ptr<const BuiltSky> given, std::shared_ptr<const disturbance::Road> known)
       : config(std::move(c)),
         scene(checked(std::move(s))),
@@ -112,7 +112,7 @@ struct LiveReceiver::Impl {
   [[nodiscard]] std::shared_ptr<const BuiltSky> make_sky(GpsTime from) const {
     const GpsTime to = config.sky.nominal ? from + kSkySpan_s : from;
     BuiltSky built = build_sky(config.sky, from, to, scene->city.frame.origin());
-    built.errors = make_space_errors(config.sky, built, config.seed);
+    built.errors = make_range_errors(config.sky, built, config.seed);
     built.errors_seed = config.seed;
     return std::make_shared<const BuiltSky>(std::move(built));
   }
@@ -233,7 +233,7 @@ struct LiveReceiver::Impl {
     double speed_mps;
   };
 
-  LiveConfig config;
+  RunnerConfig config;
   std::shared_ptr<CityScene> scene;
   GpsTime start;
   std::shared_ptr<const BuiltSky> sky;
@@ -257,47 +257,48 @@ struct LiveReceiver::Impl {
   std::optional<receiver::VehicleSensors> sensors;           // of a receiver with dead reckoning
 };
 
-LiveReceiver::LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
-                           std::shared_ptr<const BuiltSky> sky, std::shared_ptr<const disturbance::Road> road)
+ReceiverRunner::ReceiverRunner(RunnerConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
+                               std::shared_ptr<const BuiltSky> sky,
+                               std::shared_ptr<const disturbance::Road> road)
     : impl_(std::make_unique<Impl>(std::move(config), std::move(scene), start, sky != nullptr, std::move(sky),
                                    std::move(road))) {}
-LiveReceiver::~LiveReceiver() = default;
-LiveReceiver::LiveReceiver(LiveReceiver&&) noexcept = default;
+ReceiverRunner::~ReceiverRunner() = default;
+ReceiverRunner::ReceiverRunner(ReceiverRunner&&) noexcept = default;
 
-const LiveConfig& LiveReceiver::config() const {
+const RunnerConfig& ReceiverRunner::config() const {
   return impl_->config;
 }
-GpsTime LiveReceiver::start() const {
+GpsTime ReceiverRunner::start() const {
   return impl_->start;
 }
-GpsTime LiveReceiver::at(double seconds) const {
+GpsTime ReceiverRunner::at(double seconds) const {
   if (!std::isfinite(seconds) || std::abs(seconds) > 1e9)
     throw InputError(fmt::format("the host's time {} s is out of range", seconds));
   return impl_->start + seconds;
 }
-const BuiltSky& LiveReceiver::sky() const {
+const BuiltSky& ReceiverRunner::sky() const {
   return *impl_->sky;
 }
-std::shared_ptr<const BuiltSky> LiveReceiver::shared_sky() const {
+std::shared_ptr<const BuiltSky> ReceiverRunner::shared_sky() const {
   return impl_->sky;
 }
 
-void LiveReceiver::set_scene(std::shared_ptr<CityScene> scene) {
+void ReceiverRunner::set_scene(std::shared_ptr<CityScene> scene) {
   if (scene == impl_->scene) return;
   impl_->scene = checked(std::move(scene));
   impl_->make_environment();
   if (std::isinf(impl_->last_s)) impl_->receiver = impl_->make_receiver();
 }
 
-void LiveReceiver::set_tracer(Tracer tracer) {
+void ReceiverRunner::set_tracer(Tracer tracer) {
   impl_->tracer = std::move(tracer);
 }
 
-void LiveReceiver::check(const LiveConfig& config) const {
+void ReceiverRunner::check(const RunnerConfig& config) const {
   impl_->check(config.receiver());
 }
 
-void LiveReceiver::set_config(LiveConfig config) {
+void ReceiverRunner::set_config(RunnerConfig config) {
   check(config);
   config.sky = impl_->config.sky;
   config.start = impl_->config.start;
@@ -311,11 +312,11 @@ void LiveReceiver::set_config(LiveConfig config) {
   impl_->reset_state();
 }
 
-void LiveReceiver::set_rate(double rate_hz) {
+void ReceiverRunner::set_rate(double rate_hz) {
   impl_->config.rate_hz = rate_hz;
 }
 
-std::string LiveReceiver::add_fault(const std::string& text, const std::string& source) {
+std::string ReceiverRunner::add_fault(const std::string& text, const std::string& source) {
   disturbance::Fault fault =
       disturbance::parse_fault(text, source, impl_->now_s(), impl_->faults->next_number());
   if (fault.until_s && *fault.until_s < impl_->now_s()) {
@@ -328,15 +329,15 @@ std::string LiveReceiver::add_fault(const std::string& text, const std::string& 
   return name;
 }
 
-void LiveReceiver::end_fault(const std::string& name) {
+void ReceiverRunner::end_fault(const std::string& name) {
   impl_->faults->end(name, impl_->now_s());
 }
 
-std::vector<disturbance::FaultState> LiveReceiver::faults() const {
+std::vector<disturbance::FaultState> ReceiverRunner::faults() const {
   return impl_->faults->states(impl_->now_s());
 }
 
-LiveReceiver::Step LiveReceiver::observe(const Pose& antenna, const EpochInputs& inputs) {
+ReceiverRunner::Step ReceiverRunner::observe(const Pose& antenna, const StepInputs& inputs) {
   Impl& impl = *impl_;
   const GpsTime t = antenna.time;
   const geodesy::LocalFrame& frame = impl.scene->city.frame;
@@ -372,19 +373,19 @@ LiveReceiver::Step LiveReceiver::observe(const Pose& antenna, const EpochInputs&
   return step;
 }
 
-LiveReceiver::Step LiveReceiver::observe(double seconds, const RigidPose& antenna) {
+ReceiverRunner::Step ReceiverRunner::observe(double seconds, const RigidPose& antenna) {
   return observe(pose_of(antenna, {impl_->scene->city.frame}, at(seconds)));
 }
 
-const Environment& LiveReceiver::environment() const {
+const Environment& ReceiverRunner::environment() const {
   return impl_->environment;
 }
 
-void LiveReceiver::set_corrections(std::shared_ptr<const relative::Corrections> corrections) {
+void ReceiverRunner::set_corrections(std::shared_ptr<const relative::Corrections> corrections) {
   impl_->corrections = std::move(corrections);
 }
 
-LiveReceiver::Step LiveReceiver::observe_without_pose(GpsTime time) {
+ReceiverRunner::Step ReceiverRunner::observe_without_pose(GpsTime time) {
   Impl& impl = *impl_;
   const geodesy::LocalFrame& frame = impl.scene->city.frame;
   Pose truth = impl.last_truth.value_or(Pose{});
@@ -404,23 +405,23 @@ LiveReceiver::Step LiveReceiver::observe_without_pose(GpsTime time) {
   return step;
 }
 
-void LiveReceiver::restart() {
+void ReceiverRunner::restart() {
   impl_->restart();
 }
 
-int LiveReceiver::restart_count() const {
+int ReceiverRunner::restart_count() const {
   return impl_->started;
 }
 
-std::vector<std::string> LiveReceiver::take_warnings() {
+std::vector<std::string> ReceiverRunner::take_warnings() {
   return std::exchange(impl_->warnings, {});
 }
 
-std::vector<const LiveReceiver*> end_fault(std::span<LiveReceiver* const> receivers,
-                                           const std::string& name) {
-  std::vector<const LiveReceiver*> ended;
+std::vector<const ReceiverRunner*> end_fault(std::span<ReceiverRunner* const> receivers,
+                                             const std::string& name) {
+  std::vector<const ReceiverRunner*> ended;
   std::optional<InputError> refused;
-  for (LiveReceiver* const each : receivers) {
+  for (ReceiverRunner* const each : receivers) {
     try {
       each->end_fault(name);
       ended.push_back(each);

@@ -21,9 +21,9 @@ class Road;
 namespace canyon::simulation {
 
 /// Inputs of an epoch other than the antenna pose.
-struct EpochInputs {
-  /// Samples of the vehicle's sensors since the previous epoch, if the receiver's LiveConfig is with_sensors.
-  /// Their times count from LiveReceiver::start(). Null: none.
+struct StepInputs {
+  /// Samples of the vehicle's sensors since the previous epoch, if the receiver's RunnerConfig is
+  /// with_sensors. Their times count from ReceiverRunner::start(). Null: none.
   const SensorBatch* sensors = nullptr;
   /// True: the antenna follows a trajectory or is at a fixed position, so it never jumps.
   bool continuous = false;
@@ -33,7 +33,7 @@ struct EpochInputs {
 
 /// One receiver, driven epoch by epoch by the caller, which supplies time, motion and surroundings: a Run or
 /// the user's own loop. The same seed and epochs give the same numbers. Not thread-safe.
-class LiveReceiver {
+class ReceiverRunner {
  public:
   /// @param scene shared by the receivers of one world; the host moves its instances between steps.
   /// `propagation` is taken from config.receiver.
@@ -43,13 +43,13 @@ class LiveReceiver {
   /// @param way route of the whole drive, for streets; null: known as far as it was driven
   /// Throws InputError if the sky has no satellite at `start` (see build_sky()), coefficients are missing, or
   /// the configuration has a base (Run supports bases).
-  LiveReceiver(LiveConfig config, std::shared_ptr<CityScene> scene, geodesy::GpsTime start,
-               std::shared_ptr<const BuiltSky> sky = nullptr,
-               std::shared_ptr<const disturbance::Road> road = nullptr);
-  ~LiveReceiver();
-  LiveReceiver(LiveReceiver&&) noexcept;
+  ReceiverRunner(RunnerConfig config, std::shared_ptr<CityScene> scene, geodesy::GpsTime start,
+                 std::shared_ptr<const BuiltSky> sky = nullptr,
+                 std::shared_ptr<const disturbance::Road> road = nullptr);
+  ~ReceiverRunner();
+  ReceiverRunner(ReceiverRunner&&) noexcept;
 
-  [[nodiscard]] const LiveConfig& config() const;
+  [[nodiscard]] const RunnerConfig& config() const;
   [[nodiscard]] geodesy::GpsTime start() const;
   /// The instant at a host's time [s] after start(). Throws InputError if the time is not finite or beyond
   /// 1e9 s.
@@ -69,12 +69,12 @@ class LiveReceiver {
   /// Sets other options from the next step on: those of changed_live_config(). Sky and start do not change,
   /// whatever `config` has. The receiver restarts as constructed: noise, clock, tracking and filter are
   /// reset. Throws InputError if check() does; then nothing has changed.
-  void set_config(LiveConfig config);
-  /// Changes only LiveConfig::rate_hz, the rate of the host's steps, without a restart.
+  void set_config(RunnerConfig config);
+  /// Changes only RunnerConfig::rate_hz, the rate of the host's steps, without a restart.
   void set_rate(double rate_hz);
   /// Throws InputError for options out of range, and if `config` needs coefficients of the ionosphere that
   /// the sky does not have.
-  void check(const LiveConfig& config) const;
+  void check(const RunnerConfig& config) const;
 
   struct Step {
     Epoch epoch;  ///< receiver 0; its own `arrival` is null, `navigation` is arrival.messages
@@ -84,13 +84,13 @@ class LiveReceiver {
   /// constructed: a world that was reset gives the same numbers again. Throws InputError if is_possible() is
   /// false for the pose.
   ///
-  /// An antenna that is not EpochInputs::continuous has jumped if it moves farther in one step of dt than
+  /// An antenna that is not StepInputs::continuous has jumped if it moves farther in one step of dt than
   ///     10 m + 2 v dt + min(a dt^2 / 2, kTeleport_mps dt), a = 200 m/s^2 (20 g).
   /// v is the greater of its given speed and that of the previous step (unknown in the first step:
   /// kTeleport_mps / 2). After a jump the receiver restarts hot, with a warning. Receivers of vehicles work
   /// up to 4 g and 500 m/s (data sheet of u-blox M8 modules, UBX-15031506); 10 m and the factor of 2 allow
   /// for measured or late poses (assumed).
-  [[nodiscard]] Step observe(const Pose& antenna, const EpochInputs& inputs = {});
+  [[nodiscard]] Step observe(const Pose& antenna, const StepInputs& inputs = {});
   /// The same for an antenna in the city's frame, at a host's time [s].
   [[nodiscard]] Step observe(double seconds, const RigidPose& antenna);
 
@@ -123,6 +123,7 @@ class LiveReceiver {
 };
 
 /// Ends a fault in all `receivers` that have it; returns them. Throws InputError if none has it.
-std::vector<const LiveReceiver*> end_fault(std::span<LiveReceiver* const> receivers, const std::string& name);
+std::vector<const ReceiverRunner*> end_fault(std::span<ReceiverRunner* const> receivers,
+                                             const std::string& name);
 
 }  // namespace canyon::simulation

@@ -38,7 +38,7 @@ std::string error_text(const Call& call) {
   return test::error_of(call).what();
 }
 
-LiveConfig live_config() {
+RunnerConfig live_config() {
   return parse_live_config(kLive, "plugin");
 }
 
@@ -73,7 +73,7 @@ void expect_same(const Epoch& a, const Epoch& b) {
 }
 
 // The batch run and the stepped receiver are one model: same drive, same numbers.
-TEST(LiveReceiver, GivesWhatTheSimulationGives) {
+TEST(ReceiverRunner, GivesWhatTheSimulationGives) {
   Scenario scenario = parse_scenario(R"(
 city: {synthetic: {}}
 sky: {nominal: true, systems: [GPS, Galileo]}
@@ -90,7 +90,7 @@ seed: 9
   Collector batch;
   (void)simulation.run({&batch});
 
-  LiveReceiver live(live_config(), downtown(), *live_config().start);
+  ReceiverRunner live(live_config(), downtown(), *live_config().start);
   const geodesy::LocalFrame& frame = simulation.environment().city().frame;
   ASSERT_EQ(batch.epochs.size(), 41U);  // 120 m at 6 m/s, twice a second, both ends
   for (const Epoch& expected : batch.epochs) {
@@ -109,17 +109,17 @@ seed: 9
 }
 
 // The host's configuration decides, else the city. A run of a scenario does the same.
-TEST(LiveReceiver, EpochsSayWhereMeanSeaLevelIs) {
+TEST(ReceiverRunner, EpochsSayWhereMeanSeaLevelIs) {
   const auto scene = downtown();
   scene->city.geoid_undulation_m = -2.375;
   RigidPose antenna;
   antenna.position_m = {0, 0, 200};
-  LiveConfig config = live_config();
-  const Epoch city_epoch = LiveReceiver(config, scene, *config.start).observe(0, antenna).epoch;
+  RunnerConfig config = live_config();
+  const Epoch city_epoch = ReceiverRunner(config, scene, *config.start).observe(0, antenna).epoch;
   EXPECT_EQ(city_epoch.geoid_undulation_m, -2.375);
   EXPECT_EQ(city_epoch.altitude_m(), city_epoch.observed.fix.position.height_m + 2.375);
   config.city.sea_level.geoid_undulation_m = 39.6;
-  EXPECT_EQ(LiveReceiver(config, scene, *config.start).observe(0, antenna).epoch.geoid_undulation_m, 39.6);
+  EXPECT_EQ(ReceiverRunner(config, scene, *config.start).observe(0, antenna).epoch.geoid_undulation_m, 39.6);
   const Simulation simulation(
       parse_scenario("city: {synthetic: {}}\nstart: 2026-06-01T08:00:00Z\nduration_s: 0\ntrajectory: "
                      "{position: {east_m: "
@@ -131,8 +131,8 @@ TEST(LiveReceiver, EpochsSayWhereMeanSeaLevelIs) {
   EXPECT_EQ(batch.epochs.at(0).geoid_undulation_m, -2.375);
 }
 
-TEST(LiveReceiver, BeginsAnewWhenTimeJumpsBack) {
-  LiveReceiver live(live_config(), downtown(), *live_config().start);
+TEST(ReceiverRunner, BeginsAnewWhenTimeJumpsBack) {
+  ReceiverRunner live(live_config(), downtown(), *live_config().start);
   const RigidPose antenna{{0, 0, 1.5}};
   std::vector<Epoch> first;
   first.reserve(5);
@@ -156,13 +156,13 @@ struct Jump {
     error_m = epoch.error_enu_m.head<2>().norm();
     return epoch.observed;
   }
-  std::optional<LiveReceiver> live;
+  std::optional<ReceiverRunner> live;
   RigidPose antenna;
-  EpochInputs inputs;
+  StepInputs inputs;
   double error_m = 0;
 };
 
-TEST(LiveReceiver, BeginsAnewWhereItsHostPutsItElsewhere) {
+TEST(ReceiverRunner, BeginsAnewWhereItsHostPutsItElsewhere) {
   Jump jump(false);
   for (double t = 0; t < 60; t += 0.5) (void)jump.to(t);
   EXPECT_TRUE(jump.live->take_warnings().empty());
@@ -185,7 +185,7 @@ TEST(LiveReceiver, BeginsAnewWhereItsHostPutsItElsewhere) {
   EXPECT_TRUE(untold.live->take_warnings().empty());
 }
 
-TEST(LiveReceiver, WhatARestartTookIsStillMissingBehindAJump) {
+TEST(ReceiverRunner, WhatARestartTookIsStillMissingBehindAJump) {
   Jump jump(false);
   for (double t = 0; t < 50; t += 0.5) (void)jump.to(t);
   jump.live->add_fault("restart: {kind: cold}");
@@ -196,8 +196,8 @@ TEST(LiveReceiver, WhatARestartTookIsStillMissingBehindAJump) {
 }
 
 // From standstill to 100 m/s within an epoch, poses 3 m off the route, a gap of a minute.
-TEST(LiveReceiver, TakesNoVehicleForAJump) {
-  LiveReceiver live(live_config(), wall(), *live_config().start);
+TEST(ReceiverRunner, TakesNoVehicleForAJump) {
+  ReceiverRunner live(live_config(), wall(), *live_config().start);
   RigidPose antenna;
   antenna.position_m = {-500, 0, 2};
   double t = 0;
@@ -217,13 +217,13 @@ TEST(LiveReceiver, TakesNoVehicleForAJump) {
 }
 
 // Hosts create receivers before their world is known.
-TEST(LiveReceiver, IsMadeForTheSceneOfItsFirstStep) {
-  const LiveConfig config = parse_live_config(std::string(kLive) + "profile: ublox-m10\n", "plugin");
+TEST(ReceiverRunner, IsMadeForTheSceneOfItsFirstStep) {
+  const RunnerConfig config = parse_live_config(std::string(kLive) + "profile: ublox-m10\n", "plugin");
   city::City field;
   field.frame = downtown()->city.frame;
-  LiveReceiver late(config, std::make_shared<CityScene>(field), *live_config().start);
+  ReceiverRunner late(config, std::make_shared<CityScene>(field), *live_config().start);
   late.set_scene(downtown());
-  LiveReceiver made(config, downtown(), *live_config().start);
+  ReceiverRunner made(config, downtown(), *live_config().start);
   RigidPose antenna;
   antenna.position_m = {0, 0, 1.5};
   for (double t = 0; t < 40; t += 1) {
@@ -232,8 +232,8 @@ TEST(LiveReceiver, IsMadeForTheSceneOfItsFirstStep) {
   }
 }
 
-TEST(LiveReceiver, HasNominalOrbitsAnyTimeOn) {
-  LiveReceiver live(live_config(), wall(), *live_config().start);
+TEST(ReceiverRunner, HasNominalOrbitsAnyTimeOn) {
+  ReceiverRunner live(live_config(), wall(), *live_config().start);
   const RigidPose antenna{{-500, 0, 150}};
   for (const double day : {0.0, 0.5, 3.0, 400.0}) {
     EXPECT_GT(live.observe(day * 86400, antenna).arrival.views.size(), 10U) << day;
@@ -243,11 +243,11 @@ TEST(LiveReceiver, HasNominalOrbitsAnyTimeOn) {
 
 // 30 deg high in the east, behind the wall; the mirror ray of range 12 m gives 2 * 12 * cos^2(30 deg) = 18 m.
 // Beyond the day of the nominal orbits each continues with its own sky.
-TEST(LiveReceiver, ReceiversMayShareTheirSky) {
+TEST(ReceiverRunner, ReceiversMayShareTheirSky) {
   const GpsTime start = *live_config().start;
   const auto scene = downtown();
-  LiveReceiver first(live_config(), scene, start);
-  LiveReceiver second(live_config(), scene, start, first.shared_sky());
+  ReceiverRunner first(live_config(), scene, start);
+  ReceiverRunner second(live_config(), scene, start, first.shared_sky());
   EXPECT_EQ(second.shared_sky(), first.shared_sky());
   RigidPose antenna;
   antenna.position_m = {0, 0, 1.5};
@@ -257,13 +257,13 @@ TEST(LiveReceiver, ReceiversMayShareTheirSky) {
   EXPECT_NE(second.shared_sky(), first.shared_sky());
 }
 
-TEST(LiveReceiver, TakesTheHostsRays) {
-  LiveConfig config = parse_live_config(R"(
+TEST(ReceiverRunner, TakesTheHostsRays) {
+  RunnerConfig config = parse_live_config(R"(
 sky: {frozen: {satAzimuth: [1.5707963, 4.7123890], satElevation: [0.5235988, 0.5235988]}}
 profile: ideal
 )",
-                                        "plugin");
-  LiveReceiver live(config, wall(), GpsTime::from_week(2300, 0));
+                                          "plugin");
+  ReceiverRunner live(config, wall(), GpsTime::from_week(2300, 0));
   live.set_tracer([](const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
                      std::span<propagation::SatellitePaths> result) {
     for (std::size_t i = 0; i < directions.size(); ++i) {
@@ -285,21 +285,21 @@ profile: ideal
 
 // Doppler is the rate of the pseudorange, also for signals via two walls. Between two epochs 0.2 s apart the
 // chord deviates from the rate by d^3P/dt^3 dt^2 / 6, below 1e-4 m/s here.
-TEST(LiveReceiver, DopplerOfTwoReflectionsIsTheRateOfTheRange) {
+TEST(ReceiverRunner, DopplerOfTwoReflectionsIsTheRateOfTheRange) {
   city::City city;
   city.frame = geodesy::LocalFrame(geodesy::Geodetic::from_degrees(22.3, 114.17, 0));
   for (const double x : {8.0, -9.0}) {
     canyon::test::append_box(city.mesh, "wall", city::Surface::Building, city::Material::Concrete,
                              {x, -2000, 0}, {x + 1, 2000, 60});
   }
-  LiveConfig config = parse_live_config(std::string(kLive) + "profile: ideal\n", "plugin");
+  RunnerConfig config = parse_live_config(std::string(kLive) + "profile: ideal\n", "plugin");
   config.receiver().propagation.reflection_order = 2;
   config.receiver().propagation.max_range_m = 500;
-  LiveReceiver live(config, std::make_shared<CityScene>(std::move(city)), *config.start);
+  ReceiverRunner live(config, std::make_shared<CityScene>(std::move(city)), *config.start);
   const Eigen::Vector3d velocity(0.3, 7, 0.1);
   int seen = 0;
   for (int k = 0; k < 60; ++k) {
-    std::vector<LiveReceiver::Step> steps;
+    std::vector<ReceiverRunner::Step> steps;
     for (const double dt : {-0.1, 0.0, 0.1}) {
       RigidPose antenna;
       antenna.position_m = Eigen::Vector3d(3, 0, 2) + dt * velocity;
@@ -310,7 +310,7 @@ TEST(LiveReceiver, DopplerOfTwoReflectionsIsTheRateOfTheRange) {
     for (std::size_t i = 0; i < now.size(); ++i) {
       const auto& paths = steps[1].arrival.views[i].paths.paths;
       if (paths.empty() || paths.front().order != 2 || !now[i].measurement) continue;
-      const auto find = [&](const LiveReceiver::Step& step) -> std::optional<double> {
+      const auto find = [&](const ReceiverRunner::Step& step) -> std::optional<double> {
         const auto& all = step.epoch.observed.satellites;
         for (std::size_t m = 0; m < all.size(); ++m) {
           const auto& its = step.arrival.views[m].paths.paths;
@@ -334,15 +334,15 @@ TEST(LiveReceiver, DopplerOfTwoReflectionsIsTheRateOfTheRange) {
   EXPECT_GT(seen, 20);
 }
 
-TEST(LiveReceiver, FollowsMovedInstancesAndNewScenes) {
-  LiveConfig config = parse_live_config(
+TEST(ReceiverRunner, FollowsMovedInstancesAndNewScenes) {
+  RunnerConfig config = parse_live_config(
       "sky: {frozen: {satAzimuth: [1.5707963], satElevation: [0.5235988]}}\nprofile: ideal\n", "plugin");
   auto empty = std::make_shared<CityScene>(city::City{});
   city::Mesh box;
   canyon::test::append_box(box, "bus", city::Surface::Vehicle, city::Material::Metal, {-1, -5, 0},
                            {1, 5, 30});
   const auto bus = empty->scene.add_instance(box);
-  LiveReceiver live(config, empty, GpsTime::from_week(2300, 0));
+  ReceiverRunner live(config, empty, GpsTime::from_week(2300, 0));
   const RigidPose antenna{{0, 0, 1}};
   const auto visibility = [&](double t) {
     return live.observe(t, antenna).epoch.observed.satellites.at(0).visibility;
@@ -375,8 +375,8 @@ TEST(LiveReceiver, FollowsMovedInstancesAndNewScenes) {
   EXPECT_EQ(visibility(0.2), propagation::Visibility::LOS);
 }
 
-TEST(LiveReceiver, RefusesWhatIsNoPlaceOrTime) {
-  LiveReceiver live(live_config(), wall(), *live_config().start);
+TEST(ReceiverRunner, RefusesWhatIsNoPlaceOrTime) {
+  ReceiverRunner live(live_config(), wall(), *live_config().start);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double position : {nan, 1e300}) {
     EXPECT_THAT(error_text([&] {
@@ -393,20 +393,20 @@ TEST(LiveReceiver, RefusesWhatIsNoPlaceOrTime) {
   EXPECT_TRUE(live.observe(0, {{-500, 0, 150}}).epoch.observed.fix.solved());
 }
 
-TEST(LiveReceiver, NeedsIonosphereCoefficientsWhereAskedFor) {
-  LiveConfig config = live_config();
+TEST(ReceiverRunner, NeedsIonosphereCoefficientsWhereAskedFor) {
+  RunnerConfig config = live_config();
   config.receiver().options.ionosphere = true;
   // Nominal satellites have standard coefficients.
-  EXPECT_NO_THROW(LiveReceiver(config, wall(), *config.start));
+  EXPECT_NO_THROW(ReceiverRunner(config, wall(), *config.start));
   config.sky = {};
   config.sky.frozen_azimuth_rad = {0, 1.5, 3, 4.5};
   config.sky.frozen_elevation_rad = {0.5, 1, 0.7, 1.2};
-  EXPECT_THAT(error_text([&] { LiveReceiver(config, wall(), *config.start); }),
+  EXPECT_THAT(error_text([&] { ReceiverRunner(config, wall(), *config.start); }),
               HasSubstr("ionosphere coefficients"));
 }
 
-TEST(LiveConfig, HasAReceiversKeysAtTheTop) {
-  const LiveConfig config = parse_live_config(R"(
+TEST(RunnerConfig, HasAReceiversKeysAtTheTop) {
+  const RunnerConfig config = parse_live_config(R"(
 sky: {nominal: true, systems: [BeiDou]}
 start: {week: 2051, tow: 46701}
 rate_hz: 5
@@ -419,7 +419,7 @@ lever_arm: {forward_m: 0.1, left_m: 0.2, up_m: 0.3}
 propagation: {model: specular, max_range_m: 99}
 noise: {sigma_m_per_sqrt_s: 0.7}
 )",
-                                              "plugin");
+                                                "plugin");
   EXPECT_EQ(config.sky.systems, std::set<gnss::System>{gnss::System::BeiDou});
   EXPECT_EQ(config.start, GpsTime::from_week(2051, 46701));
   EXPECT_EQ(config.rate_hz, 5.0);
@@ -434,11 +434,11 @@ noise: {sigma_m_per_sqrt_s: 0.7}
   EXPECT_EQ(config.receiver().options.noise.ou.sigma_m_per_sqrt_s, 0.7);
 }
 
-TEST(LiveConfig, WarnsOfNoiseThatErrorsFromSpaceReplace) {
+TEST(RunnerConfig, WarnsOfNoiseThatErrorsFromSpaceReplace) {
   constexpr const char* kWarning = "noise has no effect, because range errors (sky.errors) replace it";
-  const LiveConfig config = parse_live_config(std::string(kLive) + "noise: {mu_m: 1}\n", "plugin");
+  const RunnerConfig config = parse_live_config(std::string(kLive) + "noise: {mu_m: 1}\n", "plugin");
   EXPECT_THAT(config.warnings, ::testing::ElementsAre(HasSubstr(kWarning)));
-  LiveReceiver receiver(config, downtown(), *config.start);
+  ReceiverRunner receiver(config, downtown(), *config.start);
   EXPECT_THAT(receiver.take_warnings(), ::testing::ElementsAre(HasSubstr(kWarning)));
   // It does not while the receiver runs either.
   receiver.set_config(changed_live_config(config, "noise.mu_m: 2", "request"));
@@ -457,12 +457,12 @@ TEST(LiveConfig, WarnsOfNoiseThatErrorsFromSpaceReplace) {
               ::testing::ElementsAre(HasSubstr("has no time zone")));
 }
 
-TEST(LiveConfig, TakesNothingOfCityAndTrajectory) {
+TEST(RunnerConfig, TakesNothingOfCityAndTrajectory) {
   EXPECT_THAT(error_text([] { (void)parse_live_config("city: {open: true}\n", "plugin"); }),
               HasSubstr("city"));
   EXPECT_THAT(error_text([] { (void)parse_live_config("noise: {sigma: 1}\n", "plugin"); }),
               HasSubstr("sigma"));
-  const options::Description description = options::describe<LiveConfig>();
+  const options::Description description = options::describe<RunnerConfig>();
   for (const ScenarioKey& key : description.keys)
     EXPECT_EQ(key.path.find("[]"), std::string::npos) << key.path;
 }

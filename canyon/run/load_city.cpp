@@ -184,7 +184,7 @@ void keep_about(city::City& city, const std::array<double, 4>& bbox_deg) {
       plan.extend(city.frame.local_from_geodetic(corner).head<2>().eval());
     }
   }
-  const std::size_t dropped = city::keep_within(city.mesh, plan);
+  const std::size_t dropped = city::crop(city.mesh, plan);
   city.notes.add_line(ReadReport::Level::Remark,
                       fmt::format("{} objects farther than {:g} m from the trajectory are left out", dropped,
                                   kRouteMargin_m));
@@ -192,7 +192,7 @@ void keep_about(city::City& city, const std::array<double, 4>& bbox_deg) {
 
 city::City draw_buildings(city::City city, const CityConfig& config, std::uint64_t seed) {
   const bool keep = config.facades.keeps_named(config.is<MapCity>());
-  const std::string sampled = city::dress_facades(city, config.facades, keep, seed);
+  const std::string sampled = city::assign_facades(city, config.facades, keep, seed);
   const std::string raised = city::raise_roofs(city, config.roofs_m, seed);
   for (const std::string& each : {sampled, raised})
     if (!each.empty()) city.notes.add_line(ReadReport::Level::Remark, each);

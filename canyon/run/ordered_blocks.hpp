@@ -39,9 +39,9 @@ inline void check_threads(int threads) {
 /// ascending order on the calling thread while the next block is made. At most two blocks of items exist at a
 /// time. Ends early, between items, once running() is false; items made before that may be dropped. An
 /// exception of make(i) is rethrown after take() of all items before i; one of take() at once.
-template <typename Item, typename Running, typename Make, typename Take>
+template <typename Item, typename Running, typename Make, typename BlockHandler>
 void for_each_in_order(std::size_t count, std::size_t block_size, int threads, const Running& running,
-                       const Make& make, const Take& take) {
+                       const Make& make, const BlockHandler& take) {
   struct Slot {
     std::optional<Item> item;
     std::exception_ptr error;

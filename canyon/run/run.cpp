@@ -10,8 +10,9 @@ namespace canyon::simulation {
 
 using geodesy::GpsTime;
 
-Run::Run(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
-         std::shared_ptr<const BuiltSky> sky, std::shared_ptr<const disturbance::Road> road)
+ReceiverGroup::ReceiverGroup(RunnerConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
+                             std::shared_ptr<const BuiltSky> sky,
+                             std::shared_ptr<const disturbance::Road> road)
     : configs_(config.receivers), seed_(config.seed) {
   if (!scene) throw InputError("a run needs a scene");
   for (ReceiverConfig& receiver : configs_)
@@ -21,7 +22,7 @@ Run::Run(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
   order_.resize(configs_.size());
   std::iota(order_.begin(), order_.end(), std::size_t{0});
   order_ = links_.order(std::move(order_));
-  config.allow_external_base = true;  // for each LiveReceiver
+  config.allow_external_base = true;  // for each ReceiverRunner
   for (const ReceiverConfig& receiver : configs_) {
     config.receivers = {receiver};
     receivers_.emplace_back(config, scene, start, sky, road);
@@ -32,12 +33,12 @@ Run::Run(LiveConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
   restart_counts_.resize(configs_.size());
 }
 
-std::optional<Pose> Run::fixed_pose(std::size_t receiver, GpsTime time) const {
+std::optional<Pose> ReceiverGroup::fixed_pose(std::size_t receiver, GpsTime time) const {
   if (!configs_[receiver].fixed) return std::nullopt;
   return Pose{time, configs_[receiver].fixed->position};
 }
 
-std::vector<LiveReceiver::Step> Run::make(std::span<const Due> due, bool parallel) {
+std::vector<ReceiverRunner::Step> ReceiverGroup::make(std::span<const Due> due, bool parallel) {
   std::vector<DueEpoch> epochs;
   epochs.reserve(due.size());
   for (const Due& each : due) {
@@ -47,13 +48,13 @@ std::vector<LiveReceiver::Step> Run::make(std::span<const Due> due, bool paralle
     renew_link(each.receiver);
     epochs.push_back({each.receiver, each.time});
   }
-  std::vector<LiveReceiver::Step> steps(due.size());
+  std::vector<ReceiverRunner::Step> steps(due.size());
   links_.make_epochs(epochs, parallel, [&](std::size_t i, auto came) -> const Epoch* {
     const Due& of = due[i];
-    LiveReceiver& receiver = receivers_[of.receiver];
+    ReceiverRunner& receiver = receivers_[of.receiver];
     if (of.corrections) came = of.corrections;
     if (came) receiver.set_corrections(std::move(came));
-    EpochInputs inputs = of.inputs;
+    StepInputs inputs = of.inputs;
     if (configs_[of.receiver].fixed) inputs.continuous = true;
     steps[i] = of.antenna ? receiver.observe(*of.antenna, inputs) : receiver.observe_without_pose(of.time);
     steps[i].epoch.receiver = of.receiver;
@@ -63,7 +64,7 @@ std::vector<LiveReceiver::Step> Run::make(std::span<const Due> due, bool paralle
   return steps;
 }
 
-void Run::restart() {
+void ReceiverGroup::restart() {
   for (std::size_t r = 0; r < receivers_.size(); ++r) {
     receivers_[r].restart();
     renew_link(r);
@@ -71,23 +72,23 @@ void Run::restart() {
   last_.assign(receivers_.size(), std::nullopt);
 }
 
-void Run::renew_link(std::size_t receiver) {
-  const LiveReceiver& of = receivers_[receiver];
+void ReceiverGroup::renew_link(std::size_t receiver) {
+  const ReceiverRunner& of = receivers_[receiver];
   if (std::exchange(restart_counts_[receiver], of.restart_count()) == of.restart_count()) return;
   if (const auto base = links_.base_of(receiver)) {
     links_.connect(receiver, *base, configs_[*base].fixed.has_value(), of.config().receiver().options, seed_);
   }
 }
 
-std::string Run::add_fault(const std::string& text, const std::string& source) {
+std::string ReceiverGroup::add_fault(const std::string& text, const std::string& source) {
   std::string name;
-  for (LiveReceiver& receiver : receivers_) name = receiver.add_fault(text, source);
+  for (ReceiverRunner& receiver : receivers_) name = receiver.add_fault(text, source);
   return name;
 }
 
-void Run::end_fault(const std::string& name) {
-  std::vector<LiveReceiver*> all;
-  for (LiveReceiver& receiver : receivers_) all.push_back(&receiver);
+void ReceiverGroup::end_fault(const std::string& name) {
+  std::vector<ReceiverRunner*> all;
+  for (ReceiverRunner& receiver : receivers_) all.push_back(&receiver);
   (void)simulation::end_fault(all, name);
 }
 

@@ -236,8 +236,8 @@ class SensorRun {
   }
 
  private:
-  template <typename Run, typename Sample>
-  static void take(std::optional<Run>& run, geodesy::GpsTime until, std::vector<Sample>& samples) {
+  template <typename ReceiverGroup, typename Sample>
+  static void take(std::optional<ReceiverGroup>& run, geodesy::GpsTime until, std::vector<Sample>& samples) {
     samples.clear();
     while (run) {
       auto sample = run->next(until);

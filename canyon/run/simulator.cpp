@@ -101,8 +101,8 @@ struct Simulation::Impl {
   [[nodiscard]] Pose vehicle_pose(GpsTime t) const {
     return simulation::vehicle_pose(scenario, plan.trajectory, environment, t);
   }
-  [[nodiscard]] Run make_run() const {
-    LiveConfig config = live_config(scenario, plan.begin, plan.schedule.interval_s());
+  [[nodiscard]] ReceiverGroup make_run() const {
+    RunnerConfig config = live_config(scenario, plan.begin, plan.schedule.interval_s());
     config.with_sensors = scenario.sensors.any();
     return {std::move(config), city_scene, plan.begin, sky,
             road_of(scenario, plan.trajectory, environment.city().frame)};
@@ -293,14 +293,14 @@ class Simulation::Epochs {
  private:
   void make_epochs(std::size_t instant, std::vector<PureEpoch>& from) {
     const SensorBatch* batch = sensors_ ? &sensors_->until(impl_.plan.at(instant)) : nullptr;
-    std::vector<Run::Due> due;
+    std::vector<ReceiverGroup::Due> due;
     std::vector<std::size_t> index(from.size());  // index of each receiver in `due`
     for (const std::size_t r : run_.order()) {
       index[r] = due.size();
       due.push_back({r, from[r].truth.time, from[r].truth, {batch, true, &from[r].arrival}});
       ++containments_[r][static_cast<std::size_t>(from[r].arrival.containment)];
     }
-    const std::vector<LiveReceiver::Step> made = run_.make(due, false);
+    const std::vector<ReceiverRunner::Step> made = run_.make(due, false);
     for (const std::size_t i : index) {
       for (EpochSink* sink : sinks_) {
         broken_ = sink;
@@ -313,7 +313,7 @@ class Simulation::Epochs {
   const Impl& impl_;
   const std::vector<EpochSink*>& sinks_;
   const std::atomic<bool>* stop_;
-  Run run_;
+  ReceiverGroup run_;
   std::optional<SensorRun> sensors_;
   std::vector<ContainmentCounts> containments_;
   Progress progress_;

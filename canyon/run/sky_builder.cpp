@@ -255,7 +255,7 @@ void add_ionosphere(const SkyConfig& config, GpsTime begin, BuiltSky& sky) {
 
 BuiltSky build_sky(const SkyConfig& config, GpsTime begin, GpsTime end, const geodesy::Geodetic& position) {
   BuiltSky sky = build(config, begin, end, position);
-  if (config.frozen_azimuth_rad.empty()) sky.sky = std::make_shared<orbit::CarriedSky>(std::move(sky.sky));
+  if (config.frozen_azimuth_rad.empty()) sky.sky = std::make_shared<orbit::CachedSky>(std::move(sky.sky));
   add_ionosphere(config, begin, sky);
   return sky;
 }
@@ -273,25 +273,25 @@ void require_satellites(const orbit::Sky& sky, std::span<const GpsTime> times) {
   }
 }
 
-std::shared_ptr<const errors::SpaceErrors> make_space_errors(const SkyConfig& config, const BuiltSky& sky,
-                                                             std::uint64_t seed) {
+std::shared_ptr<const errors::RangeErrorModel> make_range_errors(const SkyConfig& config, const BuiltSky& sky,
+                                                                 std::uint64_t seed) {
   if (!config.has_errors(!sky.navigation.empty())) return nullptr;
-  errors::SpaceErrorOptions options = config.errors;
+  errors::RangeErrorOptions options = config.errors;
   // Receivers use the precise orbits as well.
   if (!config.sp3.empty()) options.orbit_clock_m.clear();
-  return std::make_shared<const errors::SpaceErrors>(options, seed, sky.sky->satellites(),
-                                                     sky.navigation.klobuchar);
+  return std::make_shared<const errors::RangeErrorModel>(options, seed, sky.sky->satellites(),
+                                                         sky.navigation.klobuchar);
 }
 
 Environment make_environment(std::shared_ptr<CityScene> scene, const BuiltSky& sky, const SkyConfig& config,
                              std::uint64_t seed) {
   Environment environment(std::move(scene), sky.sky, sky.navigation.klobuchar);
   environment.set_errors(sky.errors && sky.errors_seed == seed ? sky.errors
-                                                               : make_space_errors(config, sky, seed));
+                                                               : make_range_errors(config, sky, seed));
   return environment;
 }
 
-void decide_options(receiver::ReceiverOptions& options, const errors::SpaceErrors* errors,
+void decide_options(receiver::ReceiverOptions& options, const errors::RangeErrorModel* errors,
                     const orbit::Sky* sky) {
   options.decide(errors != nullptr, errors != nullptr && errors->has_ionosphere());
   if (sky == nullptr) return;

@@ -1,4 +1,4 @@
-// Streets through Simulation and LiveReceiver.
+// Streets through Simulation and ReceiverRunner.
 #include "canyon/run/receiver_surroundings.hpp"
 
 #include <fmt/format.h>
@@ -107,8 +107,8 @@ TEST(Streets, AreThoseOfASimulationInAHostOnAStraightRoad) {
   Collector offline;
   (void)simulation.run({&offline});
 
-  LiveReceiver live(LiveConfig(scenario), std::make_shared<CityScene>(city::synthetic_city({})),
-                    simulation.begin());
+  ReceiverRunner live(RunnerConfig(scenario), std::make_shared<CityScene>(city::synthetic_city({})),
+                      simulation.begin());
   const auto drive = [&] {
     std::vector<Epoch> epochs;
     for (std::size_t k = 0; k < simulation.epoch_count(); ++k) {

@@ -58,8 +58,8 @@ void TenThousandPoints(benchmark::State& state) {
 BENCHMARK(TenThousandPoints)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
 
 void observe(benchmark::State& state, const std::shared_ptr<CityScene>& scene) {
-  LiveReceiver receiver(parse_live_config("profile: ublox-m10\nown_draws: false\n", "benchmark"), scene,
-                        kNoon);
+  ReceiverRunner receiver(parse_live_config("profile: ublox-m10\nown_draws: false\n", "benchmark"), scene,
+                          kNoon);
   double t = 0;
   for (auto _ : state) {
     benchmark::DoNotOptimize(

@@ -159,12 +159,12 @@ double slant_delay_m(double zenith_m, double elevation_rad) {
   return zenith_m * mapping * (low_deg > 0 ? 1 + 0.015 * low_deg * low_deg : 1);
 }
 
-void SpaceErrorOptions::validate() const {
+void RangeErrorOptions::validate() const {
   options::check(*this, "errors");
   for (const auto& [group, sigma_m] : orbit_clock_m) gnss::check_group(group);
 }
 
-void visit(options::Visitor& v, SpaceErrorOptions& o) {
+void visit(options::Visitor& v, RangeErrorOptions& o) {
   options::visit_switch(
       v,
       {"enabled", "",
@@ -190,9 +190,9 @@ void visit(options::Visitor& v, SpaceErrorOptions& o) {
            {1e3, 1e8});
 }
 
-SpaceErrors::SpaceErrors(const SpaceErrorOptions& options, std::uint64_t seed,
-                         std::span<const gnss::SatelliteId> satellites,
-                         const std::map<gnss::System, gnss::Klobuchar>& klobuchar)
+RangeErrorModel::RangeErrorModel(const RangeErrorOptions& options, std::uint64_t seed,
+                                 std::span<const gnss::SatelliteId> satellites,
+                                 const std::map<gnss::System, gnss::Klobuchar>& klobuchar)
     : options_(options),
       ionosphere_(RandomStream(seed, "space/ionosphere"), options.ionosphere_time_s,
                   options.ionosphere_length_m),
@@ -214,11 +214,12 @@ SpaceErrors::SpaceErrors(const SpaceErrorOptions& options, std::uint64_t seed,
   klobuchar_.insert(gps_entry != klobuchar.end() ? *gps_entry : *klobuchar.begin());
 }
 
-SpaceErrors SpaceErrors::sampled_by(std::uint64_t seed, std::span<const gnss::SatelliteId> satellites) const {
+RangeErrorModel RangeErrorModel::sampled_by(std::uint64_t seed,
+                                            std::span<const gnss::SatelliteId> satellites) const {
   return {options_, seed, satellites, klobuchar_};
 }
 
-double SpaceErrors::orbit_clock_m(const orbit::LineOfSight& line, GpsTime reception) const {
+double RangeErrorModel::orbit_clock_m(const orbit::LineOfSight& line, GpsTime reception) const {
   const auto found = satellites_.find(line.id);
   if (found == satellites_.end() || found->second.range_m == 0) return 0;
   const OfSatellite& satellite = found->second;
@@ -233,7 +234,7 @@ double SpaceErrors::orbit_clock_m(const orbit::LineOfSight& line, GpsTime recept
   const double begin = std::floor(steps);
   using Ends = std::array<Eigen::Vector3d, 2>;  // range, along, cross
   const auto& ends =
-      remembered<Ends>(number_, gnss::dense_index(line.id), static_cast<std::int64_t>(begin), [&] {
+      thread_cached<Ends>(number_, gnss::dense_index(line.id), static_cast<std::int64_t>(begin), [&] {
         const auto at = [&](double step) {
           const auto value = [t = GpsTime() + step * step_s](const RandomWaves& waves) {
             return waves.at(t, Eigen::Vector3d::Zero());
@@ -248,7 +249,7 @@ double SpaceErrors::orbit_clock_m(const orbit::LineOfSight& line, GpsTime recept
          error.dot(Eigen::Vector3d(1, along.dot(line.direction_ecef), cross.dot(line.direction_ecef)));
 }
 
-double SpaceErrors::ionosphere_m(const orbit::LineOfSight& line, const Reception& reception) const {
+double RangeErrorModel::ionosphere_m(const orbit::LineOfSight& line, const Reception& reception) const {
   if (klobuchar_.empty()) return 0;
   const double model_m = klobuchar_delay_m(*klobuchar_.begin(), reception.time, reception.position,
                                            line.azimuth_rad, line.elevation_rad, gnss::kL1_hz);
@@ -264,15 +265,16 @@ double SpaceErrors::ionosphere_m(const orbit::LineOfSight& line, const Reception
   return std::max(0.0, delay_m);
 }
 
-SpaceErrors::Reception SpaceErrors::reception(GpsTime time, const Eigen::Vector3d& receiver_ecef) const {
+RangeErrorModel::Reception RangeErrorModel::reception(GpsTime time,
+                                                      const Eigen::Vector3d& receiver_ecef) const {
   Reception result{time, receiver_ecef, geodesy::geodetic_from_ecef(receiver_ecef)};
   result.zenith_m =
       saastamoinen_zenith_m(result.position) + options_.troposphere_m * troposphere_.at(time, receiver_ecef);
   return result;
 }
 
-SpaceDelays SpaceErrors::at(const orbit::LineOfSight& line, const Reception& reception) const {
-  SpaceDelays delays;
+RangeErrors RangeErrorModel::at(const orbit::LineOfSight& line, const Reception& reception) const {
+  RangeErrors delays;
   delays.orbit_clock_m = orbit_clock_m(line, reception.time);
   delays.ionosphere_m = ionosphere_m(line, reception);
   delays.troposphere_m = slant_delay_m(reception.zenith_m, line.elevation_rad);

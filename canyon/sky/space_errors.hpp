@@ -78,7 +78,7 @@ class RandomWaves {
 };
 
 /// Range errors of a satellite's signals at one position and instant.
-struct SpaceDelays {
+struct RangeErrors {
   /// Error of the satellite's broadcast orbit and clock, in code and phase alike [m].
   double orbit_clock_m = 0;
   /// The true ionosphere: delay of a code at 1575.42 MHz [m], of others by f^-2, an advance of phases. 0
@@ -87,7 +87,7 @@ struct SpaceDelays {
   double troposphere_m = 0;  ///< the true delay [m]
 };
 
-struct SpaceErrorOptions {
+struct RangeErrorOptions {
   /// Default: on with nominal satellites and navigation files, and if a receiver uses corrections.
   options::Switch enabled = false;
   /// Range error of broadcast orbit and clock, standard deviation by groups of signals [m], [0, 1e4].
@@ -112,7 +112,7 @@ struct SpaceErrorOptions {
   void validate() const;
 };
 /// Visits its fields.
-void visit(options::Visitor& v, SpaceErrorOptions& o);
+void visit(options::Visitor& v, RangeErrorOptions& o);
 
 /// The errors of one run, equal for all of its receivers and bands: functions of satellite, position and
 /// time, sampled by the seed. Const and thread-safe.
@@ -122,18 +122,18 @@ void visit(options::Visitor& v, SpaceErrorOptions& o);
 /// at the pierce point of a shell at 350 km, times 1 plus a smooth field of the shell, plus travelling
 /// disturbances. Troposphere: Saastamoinen's zenith delay plus a smooth field of zenith delays, mapped as in
 /// RTCA DO-229.
-class SpaceErrors {
+class RangeErrorModel {
  public:
   /// @param klobuchar GPS's, or the first available; empty: no ionosphere
-  SpaceErrors(const SpaceErrorOptions& options, std::uint64_t seed,
-              std::span<const gnss::SatelliteId> satellites,
-              const std::map<gnss::System, gnss::Klobuchar>& klobuchar);
+  RangeErrorModel(const RangeErrorOptions& options, std::uint64_t seed,
+                  std::span<const gnss::SatelliteId> satellites,
+                  const std::map<gnss::System, gnss::Klobuchar>& klobuchar);
 
   /// The same budget sampled with another seed, for some of the satellites.
-  [[nodiscard]] SpaceErrors sampled_by(std::uint64_t seed,
-                                       std::span<const gnss::SatelliteId> satellites) const;
+  [[nodiscard]] RangeErrorModel sampled_by(std::uint64_t seed,
+                                           std::span<const gnss::SatelliteId> satellites) const;
 
-  [[nodiscard]] const SpaceErrorOptions& options() const { return options_; }
+  [[nodiscard]] const RangeErrorOptions& options() const { return options_; }
   [[nodiscard]] bool has_ionosphere() const { return !klobuchar_.empty(); }
   /// Data common to all satellites of an epoch.
   struct Reception {
@@ -145,7 +145,7 @@ class SpaceErrors {
   /// @param receiver_ecef [m]
   [[nodiscard]] Reception reception(geodesy::GpsTime time, const Eigen::Vector3d& receiver_ecef) const;
   /// @param line of a satellite for this reception
-  [[nodiscard]] SpaceDelays at(const orbit::LineOfSight& line, const Reception& reception) const;
+  [[nodiscard]] RangeErrors at(const orbit::LineOfSight& line, const Reception& reception) const;
 
  private:
   struct OfSatellite {
@@ -155,9 +155,9 @@ class SpaceErrors {
   [[nodiscard]] double orbit_clock_m(const orbit::LineOfSight& line, geodesy::GpsTime reception) const;
   [[nodiscard]] double ionosphere_m(const orbit::LineOfSight& line, const Reception& reception) const;
 
-  SpaceErrorOptions options_;
+  RangeErrorOptions options_;
   std::map<gnss::SatelliteId, OfSatellite> satellites_;
-  std::uint64_t number_ = new_owner();                 ///< copies share it
+  std::uint64_t number_ = next_cache_id();             ///< copies share it
   std::map<gnss::System, gnss::Klobuchar> klobuchar_;  ///< one or none
   RandomWaves ionosphere_, travelling_, troposphere_;
 };

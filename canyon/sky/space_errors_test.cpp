@@ -38,7 +38,7 @@ orbit::LineOfSight line_of(gnss::SatelliteId id, const Eigen::Vector3d& receiver
   return line;
 }
 
-SpaceDelays delays_of(const SpaceErrors& errors, const orbit::LineOfSight& line, GpsTime time,
+RangeErrors delays_of(const RangeErrorModel& errors, const orbit::LineOfSight& line, GpsTime time,
                       const Eigen::Vector3d& point) {
   return errors.at(line, errors.reception(time, point));
 }
@@ -85,7 +85,7 @@ TEST(RandomWaves, AreTheSumOfTheirCosines) {
 }
 
 // The published signal-in-space range errors are reproduced, system by system.
-TEST(SpaceErrors, OrbitsAndClocksHaveTheDeviationOfTheirSystem) {
+TEST(RangeErrorModel, OrbitsAndClocksHaveTheDeviationOfTheirSystem) {
   const Eigen::Vector3d point = kFrame.ecef_from_local({0, 0, 0});
   for (const auto& [id, sigma_m] :
        std::vector<std::pair<gnss::SatelliteId, double>>{{{gnss::System::GPS, 5}, 0.6},
@@ -93,46 +93,46 @@ TEST(SpaceErrors, OrbitsAndClocksHaveTheDeviationOfTheirSystem) {
                                                          {{gnss::System::GLONASS, 5}, 2}}) {
     std::vector<double> values;
     for (std::uint64_t seed = 1; seed <= 1000; ++seed) {
-      const SpaceErrors errors({}, seed, std::vector{id}, {});
+      const RangeErrorModel errors({}, seed, std::vector{id}, {});
       values.push_back(delays_of(errors, line_of(id, point, 40, 50), kNoon, point).orbit_clock_m);
     }
     EXPECT_NEAR(root_mean_square(values) / sigma_m, 1, 0.2) << gnss::to_string(id);
   }
 }
 
-TEST(SpaceErrors, AreTheSameForAllWhoAsk) {
+TEST(RangeErrorModel, AreTheSameForAllWhoAsk) {
   const gnss::SatelliteId id{gnss::System::GPS, 7};
-  const SpaceErrors a({}, 3, std::vector{id}, kKlobuchar);
-  const SpaceErrors b({}, 3, std::vector{gnss::SatelliteId{gnss::System::GPS, 2}, id}, kKlobuchar);
+  const RangeErrorModel a({}, 3, std::vector{id}, kKlobuchar);
+  const RangeErrorModel b({}, 3, std::vector{gnss::SatelliteId{gnss::System::GPS, 2}, id}, kKlobuchar);
   const Eigen::Vector3d point = kFrame.ecef_from_local({0, 0, 0});
   const orbit::LineOfSight line = line_of(id, point, 120, 30);
   (void)delays_of(b, line, kNoon + 500.0, point);
-  const SpaceDelays first = delays_of(a, line, kNoon, point), second = delays_of(b, line, kNoon, point);
+  const RangeErrors first = delays_of(a, line, kNoon, point), second = delays_of(b, line, kNoon, point);
   EXPECT_EQ(first.orbit_clock_m, second.orbit_clock_m);
   EXPECT_EQ(first.ionosphere_m, second.ionosphere_m);
   EXPECT_EQ(first.troposphere_m, second.troposphere_m);
   EXPECT_NE(first.ionosphere_m,
-            delays_of(SpaceErrors({}, 4, std::vector{id}, kKlobuchar), line, kNoon, point).ionosphere_m);
+            delays_of(RangeErrorModel({}, 4, std::vector{id}, kKlobuchar), line, kNoon, point).ionosphere_m);
 }
 
 // The errors of a base and a rover nearly cancel over 1 km, and do not over 50 km.
-TEST(SpaceErrors, CancelOverShortBaselines) {
+TEST(RangeErrorModel, CancelOverShortBaselines) {
   const gnss::SatelliteId id{gnss::System::GPS, 7};
   std::map<double, std::array<std::vector<double>, 3>> left;
   for (std::uint64_t seed = 1; seed <= 300; ++seed) {
-    const SpaceErrors errors({}, seed, std::vector{id}, kKlobuchar);
+    const RangeErrorModel errors({}, seed, std::vector{id}, kKlobuchar);
     const auto neighbour_model = [&](const Eigen::Vector3d& point) {
       const orbit::LineOfSight line = line_of(id, point, 120, 40);
       const geodesy::Geodetic at = geodesy::geodetic_from_ecef(point);
-      SpaceDelays delays = delays_of(errors, line, kNoon, point);
+      RangeErrors delays = delays_of(errors, line, kNoon, point);
       delays.ionosphere_m -= klobuchar_delay_m(kKlobuchar.begin()->second, kNoon, at, line.azimuth_rad,
                                                line.elevation_rad, gnss::kL1_hz);
       delays.troposphere_m -= saastamoinen_delay_m(at, line.elevation_rad);
       return delays;
     };
-    const SpaceDelays here = neighbour_model(kFrame.ecef_from_local({0, 0, 0}));
+    const RangeErrors here = neighbour_model(kFrame.ecef_from_local({0, 0, 0}));
     for (const double distance_m : {0.0, 1e3, 5e4}) {
-      const SpaceDelays there = neighbour_model(kFrame.ecef_from_local({distance_m, 0, 0}));
+      const RangeErrors there = neighbour_model(kFrame.ecef_from_local({distance_m, 0, 0}));
       const bool at_all = distance_m == 0;
       left[distance_m][0].push_back(at_all ? here.orbit_clock_m : there.orbit_clock_m - here.orbit_clock_m);
       left[distance_m][1].push_back(at_all ? here.ionosphere_m : there.ionosphere_m - here.ionosphere_m);
@@ -148,22 +148,22 @@ TEST(SpaceErrors, CancelOverShortBaselines) {
   EXPECT_LT(root_mean_square(left[1e3][2]), 0.001);
 }
 
-TEST(SpaceErrors, HaveNoIonosphereWithoutAModel) {
+TEST(RangeErrorModel, HaveNoIonosphereWithoutAModel) {
   const gnss::SatelliteId id{gnss::System::GPS, 7};
-  const SpaceErrors errors({}, 3, std::vector{id}, {});
+  const RangeErrorModel errors({}, 3, std::vector{id}, {});
   const Eigen::Vector3d point = kFrame.ecef_from_local({0, 0, 0});
   EXPECT_FALSE(errors.has_ionosphere());
   EXPECT_EQ(delays_of(errors, line_of(id, point, 120, 40), kNoon, point).ionosphere_m, 0);
   EXPECT_GT(delays_of(errors, line_of(id, point, 120, 40), kNoon, point).troposphere_m, 2);
 }
 
-TEST(SpaceErrors, RefuseWhatIsOutOfRange) {
-  SpaceErrorOptions options;
+TEST(RangeErrorModel, RefuseWhatIsOutOfRange) {
+  RangeErrorOptions options;
   options.ionosphere_fraction = -1;
-  EXPECT_THROW(SpaceErrors(options, 1, {}, {}), InputError);
+  EXPECT_THROW(RangeErrorModel(options, 1, {}, {}), InputError);
   options = {};
   options.orbit_clock_m = {{"Navic", 1}};
-  EXPECT_THROW(SpaceErrors(options, 1, {}, {}), InputError);
+  EXPECT_THROW(RangeErrorModel(options, 1, {}, {}), InputError);
 }
 
 }  // namespace

@@ -313,7 +313,7 @@ FileReport inspect_path(const std::filesystem::path& path, const std::string& fo
     report.contents.emplace_back("last point", position_text(last));
   };
   if (timed) {
-    simulation::keep_rising(recorded);
+    simulation::drop_unordered(recorded);
     const std::size_t count = recorded.points.size();
     const simulation::TrajectoryFile file = simulation::recorded_trajectory(std::move(recorded));
     const simulation::Trajectory& route = file.trajectory;

@@ -13,7 +13,7 @@
 namespace canyon::python {
 namespace {
 
-using simulation::LiveReceiver;
+using simulation::ReceiverRunner;
 
 /// A receiver for a simulator in Python.
 class Live {
@@ -21,13 +21,13 @@ class Live {
   Live(std::shared_ptr<simulation::CityScene> city, const py::object& start, const py::object& faults,
        const py::object& models, const py::kwargs& settings)
       : scene_(std::move(city)) {
-    auto config = read_tree<simulation::LiveConfig>(tree_of(settings), "receiver");
+    auto config = read_tree<simulation::RunnerConfig>(tree_of(settings), "receiver");
     put_models(models, config.receiver());
     const std::optional<geodesy::GpsTime> begin = start.is_none() ? config.start : time_of(start);
     if (!begin) throw InputError("'start' is missing", "give the instant of the host's time 0");
     {
       const py::gil_scoped_release release;
-      run_ = std::make_shared<simulation::Run>(std::move(config), scene_, *begin);
+      run_ = std::make_shared<simulation::ReceiverGroup>(std::move(config), scene_, *begin);
     }
     if (faults.is_none()) return;
     for (const py::handle fault : faults) (void)add_fault(py::reinterpret_borrow<py::object>(fault));
@@ -78,17 +78,17 @@ class Live {
     }
     return values;
   }
-  [[nodiscard]] LiveReceiver& receiver() const { return (*run_)[0]; }
+  [[nodiscard]] ReceiverRunner& receiver() const { return (*run_)[0]; }
 
  private:
   EpochPtr make(const std::optional<simulation::Pose>& antenna, double seconds, bool paths) {
     const geodesy::GpsTime now = receiver().at(seconds);
-    std::vector<simulation::Run::Due> due;
+    std::vector<simulation::ReceiverGroup::Due> due;
     for (const std::size_t r : run_->order())
       due.push_back({r, now, r == 0 ? antenna : run_->fixed_pose(r, now)});
     return kept(std::move(run_->make(due, false).back()), paths);
   }
-  EpochPtr kept(LiveReceiver::Step step, bool paths) {
+  EpochPtr kept(ReceiverRunner::Step step, bool paths) {
     auto messages = step.arrival.messages;  // of the sky of this day
     step.epoch.arrival = nullptr;
     if (!signal_)
@@ -101,7 +101,7 @@ class Live {
   }
 
   std::shared_ptr<simulation::CityScene> scene_;
-  std::shared_ptr<simulation::Run> run_;                   // of the receiver, 0, and its base, 1
+  std::shared_ptr<simulation::ReceiverGroup> run_;         // of the receiver, 0, and its base, 1
   std::shared_ptr<const tracking::SignalOptions> signal_;  ///< the receiver's; null: must be copied again
 };
 

@@ -164,15 +164,15 @@ positioning::Fix solve(const Held& solver, geodesy::GpsTime time,
   problem.doppler_hz =
       numbers(satellites, [](const auto& s) { return s.measured->doppler_hz.value_or(kNan); });
   problem.start_ecef_m = own.solved() ? py::object(array_of(own.position_ecef).attr("copy")()) : py::none();
-  const py::object answer = solver.get().attr("solve")(problem);
-  if (answer.is_none()) {
+  const py::object result = solver.get().attr("solve")(problem);
+  if (result.is_none()) {
     positioning::Fix none;
     none.status = satellites.size() < 4 ? positioning::FixStatus::TooFewSatellites
                                         : positioning::FixStatus::NotConverged;
     none.available = own.available;
     return none;
   }
-  return positioning::fix_at(vector3(answer, "the solver's position"), time, measurements, sky, options,
+  return positioning::fix_at(vector3(result, "the solver's position"), time, measurements, sky, options,
                              klobuchar);
 }
 

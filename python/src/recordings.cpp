@@ -139,7 +139,7 @@ class Recorded {
 
   simulation::Scenario scenario_;
   validation::RecordedScene scene_;
-  validation::RedrawnCity redrawn_;
+  validation::ResampledCity redrawn_;
   validation::Registration registration_;
   ReadReport report_;
 };

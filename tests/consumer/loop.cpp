@@ -7,7 +7,7 @@ int main() {
   const auto config =
       simulation::parse_live_config("{start: 2026-06-01T08:00:00Z, profile: ublox-m10}", "loop");
   const auto scene = std::make_shared<simulation::CityScene>(city::synthetic_city({}));
-  simulation::LiveReceiver receiver(config, scene, config.start.value());
+  simulation::ReceiverRunner receiver(config, scene, config.start.value());
   const auto track = output::format_named("kml").make(output::describe_receivers(receiver, 0.2).front());
   output::SummarySink metrics({"car"});
   std::ofstream file("loop.kml");
@@ -17,7 +17,7 @@ int main() {
     simulation::RigidPose antenna;
     antenna.position_m = {4 * seconds, 0, 1.5};
     antenna.linear_velocity = {4, 0, 0};
-    const simulation::LiveReceiver::Step now = receiver.observe(seconds, antenna);
+    const simulation::ReceiverRunner::Step now = receiver.observe(seconds, antenna);
     // now.epoch.observed.fix: the receiver's fix; now.arrival: its signal paths.
     file << track->encode(now.epoch);
     metrics.write(now.epoch);

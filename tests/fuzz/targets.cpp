@@ -428,17 +428,17 @@ void take_commands(const fs::path& path) {
       "sky: {frozen: {satAzimuth: [0, 1.5, 3, 4.5, 2], satElevation: [0.5, 0.6, 0.7, 0.8, 1.4]}}\n"
       "start: 2026-06-01T12:00:00Z\nreceivers: [{name: rover, profile: ideal}]\n",
       "commands", {false});
-  static simulation::LiveReceiver rover(simulation::LiveConfig(scenario),
-                                        std::make_shared<simulation::CityScene>(city::City{
-                                            "open", geodesy::LocalFrame(test::sample_point()), {}, {}}),
-                                        *scenario.start);
+  static simulation::ReceiverRunner rover(simulation::RunnerConfig(scenario),
+                                          std::make_shared<simulation::CityScene>(city::City{
+                                              "open", geodesy::LocalFrame(test::sample_point()), {}, {}}),
+                                          *scenario.start);
   static const live::SessionMetrics metrics;
   const auto commands =
       live::make_commands({scenario.file, {{"rover", &rover}}, metrics, true, [] { return 1.0; }},
                           std::make_shared<transport::Link>(std::make_unique<Deaf>()));
   const std::string text = test::read_bytes(path);
   for (const std::string_view line : split(text, '\n')) {
-    if (commands->answer(line).back() != '\n') std::abort();
+    if (commands->handle_request(line).back() != '\n') std::abort();
   }
 }
 /// Requests of the viewer's page, one per line.
@@ -455,7 +455,7 @@ void take_questions(const fs::path& path) {
   static view::Probe probe(simulation, scene, 12);
   const std::string text = test::read_bytes(path);
   for (const std::string_view line : split(text, '\n')) {
-    if (probe.answer(std::string(line)).back() != '}') std::abort();
+    if (probe.handle_request(std::string(line)).back() != '}') std::abort();
   }
 }
 std::vector<std::string> command_lines() {

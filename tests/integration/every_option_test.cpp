@@ -22,20 +22,19 @@ using ::testing::StartsWith;
 template <typename Options>
 class EveryOption : public ::testing::Test {};
 
-using Lists =
-    ::testing::Types<buildings::BuildOptions, buildings::HeightDefaults, buildings::OverpassOptions,
-                     buildings::TerrainOptions, city::FacadeOptions, city::GazeboOptions,
-                     city::MeshImportOptions, city::SyntheticCityOptions, disturbance::AntennaFaultOptions,
-                     disturbance::DateOptions, disturbance::EphemerisOptions, disturbance::OscillatorOptions,
-                     disturbance::OutageOptions, disturbance::RestartOptions,
-                     disturbance::ScintillationOptions, disturbance::ShadowingOptions, drawing::SkySheet,
-                     drawing::SkyplotOptions, heatmap::DrawOptions, heatmap::Grid, heatmap::RouteOptions,
-                     positioning::FixOptions, positioning::PositionFilterOptions, positioning::RaimOptions,
-                     positioning::WeightOptions, propagation::DiffractionOptions, propagation::DiffuseOptions,
-                     propagation::PropagationOptions, receiver::NoiseOptions, receiver::ReceiverOptions,
-                     signal::LinkBudgetOptions, signal::StrengthOptions, tracking::ClockOptions,
-                     tracking::DllOptions, tracking::FllOptions, tracking::OuOptions, tracking::PllOptions,
-                     tracking::SignalLockOptions, tracking::SignalOptions, validation::AlignOptions>;
+using Lists = ::testing::Types<
+    buildings::BuildOptions, buildings::HeightDefaults, buildings::OverpassOptions, buildings::TerrainOptions,
+    city::FacadeOptions, city::GazeboOptions, city::MeshImportOptions, city::SyntheticCityOptions,
+    disturbance::AntennaFaultOptions, disturbance::DateOptions, disturbance::EphemerisOptions,
+    disturbance::OscillatorOptions, disturbance::OutageOptions, disturbance::RestartOptions,
+    disturbance::ScintillationOptions, disturbance::ShadowingOptions, drawing::SkySheet,
+    drawing::SkyplotOptions, heatmap::MonteCarloOptions, heatmap::Grid, heatmap::RouteOptions,
+    positioning::FixOptions, positioning::PositionFilterOptions, positioning::RaimOptions,
+    positioning::WeightOptions, propagation::DiffractionOptions, propagation::DiffuseOptions,
+    propagation::PropagationOptions, receiver::NoiseOptions, receiver::ReceiverOptions,
+    signal::LinkBudgetOptions, signal::StrengthOptions, tracking::ClockOptions, tracking::DllOptions,
+    tracking::FllOptions, tracking::OuOptions, tracking::PllOptions, tracking::SignalLockOptions,
+    tracking::SignalOptions, validation::AlignOptions>;
 TYPED_TEST_SUITE(EveryOption, Lists);
 
 TYPED_TEST(EveryOption, IsRefusedOutsideItsRangeAndToldApart) {

@@ -255,11 +255,11 @@ struct Result {
 /// The receiver's values, with the noise (except its mean) removed from its measurements.
 Result answer_of(const simulation::Epoch& epoch, const simulation::Simulation& simulation,
                  const receiver::ReceiverOptions& options) {
-  Result answer;
-  answer.free = epoch.containment == raytrace::Containment::Free;
-  answer.visible = epoch.observed.visible;
+  Result result;
+  result.free = epoch.containment == raytrace::Containment::Free;
+  result.visible = epoch.observed.visible;
   positioning::Fix fix = epoch.observed.fix;
-  if (options.noise.enabled && answer.free) {
+  if (options.noise.enabled && result.free) {
     std::vector<positioning::Measurement> measurements;
     for (const receiver::SatelliteObservation& satellite : epoch.observed.satellites) {
       if (!satellite.measurement) continue;
@@ -269,34 +269,34 @@ Result answer_of(const simulation::Epoch& epoch, const simulation::Simulation& s
     fix = positioning::solve_fix(epoch.observed.receiver_time, measurements, simulation.environment().sky(),
                                  options.fix, simulation.environment().klobuchar());
   }
-  answer.solved = fix.solved();
-  answer.used = static_cast<int>(fix.used.size());
-  if (!answer.solved) return answer;
+  result.solved = fix.solved();
+  result.used = static_cast<int>(fix.used.size());
+  if (!result.solved) return result;
   const Vector3d error = geodesy::enu_from_ecef_rotation(epoch.truth.position) *
                          (fix.position_ecef - geodesy::ecef_from_geodetic(epoch.truth.position));
-  answer.horizontal_m = error.head<2>().norm();
-  answer.vertical_m = error.z();
+  result.horizontal_m = error.head<2>().norm();
+  result.vertical_m = error.z();
   const double none = std::nan("");
-  answer.hdop = fix.dop ? fix.dop->hdop : none;
-  answer.pdop = fix.dop ? fix.dop->pdop : none;
-  answer.vdop = fix.dop ? fix.dop->vdop : none;
-  return answer;
+  result.hdop = fix.dop ? fix.dop->hdop : none;
+  result.pdop = fix.dop ? fix.dop->pdop : none;
+  result.vdop = fix.dop ? fix.dop->vdop : none;
+  return result;
 }
 
 Result answer_of(const heatmap::TileValues& values, std::size_t cells, std::size_t cell) {
   const auto value = [&](std::size_t layer) { return double{values.values[layer * cells + cell]}; };
-  Result answer;
-  answer.free = values.state[cell] == CellState::Computed;
-  if (!answer.free) return answer;
-  answer.used = static_cast<int>(value(2));
-  answer.visible = static_cast<int>(value(6));
-  answer.solved = !std::isnan(value(0));
-  answer.horizontal_m = value(0);
-  answer.vertical_m = value(1);
-  answer.hdop = value(3);
-  answer.pdop = value(4);
-  answer.vdop = value(5);
-  return answer;
+  Result result;
+  result.free = values.state[cell] == CellState::Computed;
+  if (!result.free) return result;
+  result.used = static_cast<int>(value(2));
+  result.visible = static_cast<int>(value(6));
+  result.solved = !std::isnan(value(0));
+  result.horizontal_m = value(0);
+  result.vertical_m = value(1);
+  result.hdop = value(3);
+  result.pdop = value(4);
+  result.vdop = value(5);
+  return result;
 }
 
 std::string words(const Result& a) {

@@ -71,8 +71,8 @@ TEST_P(HeatmapAndReceivers, CellsAreWhatAReceiverThereFinds) {
   for (std::uint32_t row = 1; row < request.grid.rows; row += 4) {
     for (std::uint32_t column = 2; column < request.grid.columns; column += 4) {
       const Eigen::Vector2d centre = request.grid.centre(column, row);
-      const auto answer = stored.at(centre, kAltitude_m, scenario.begin());
-      ASSERT_TRUE(answer);
+      const auto result = stored.at(centre, kAltitude_m, scenario.begin());
+      ASSERT_TRUE(result);
       const simulation::Simulation one =
           test::prepare(scenario_at(GetParam(), centre.x(), centre.y()), folder.path());
       test::Recorder recorder;
@@ -80,25 +80,25 @@ TEST_P(HeatmapAndReceivers, CellsAreWhatAReceiverThereFinds) {
       ASSERT_EQ(recorder.epochs.size(), 1U);
       const simulation::Epoch& epoch = recorder.epochs.front();
       if (epoch.containment != raytrace::Containment::Free) {
-        EXPECT_EQ(answer->state, CellState::InsideBuilding) << centre.transpose();
+        EXPECT_EQ(result->state, CellState::InsideBuilding) << centre.transpose();
         ++indoors;
         continue;
       }
-      EXPECT_EQ(answer->state, CellState::Computed) << centre.transpose();
+      EXPECT_EQ(result->state, CellState::Computed) << centre.transpose();
       ++points;
       const positioning::Fix& fix = epoch.observed.fix;
-      const bool counts = answer->values[3] == static_cast<float>(epoch.observed.visible) &&
-                          answer->values[4] == static_cast<float>(fix.used.size());
+      const bool counts = result->values[3] == static_cast<float>(epoch.observed.visible) &&
+                          result->values[4] == static_cast<float>(fix.used.size());
       if (!counts) continue;
       if (!fix.solved()) {
-        alike += std::isnan(answer->values[0]) && std::isnan(answer->values[2]) ? 1 : 0;
+        alike += std::isnan(result->values[0]) && std::isnan(result->values[2]) ? 1 : 0;
         continue;
       }
-      const double off_m = std::max(std::abs(answer->values[0] - epoch.error_enu_m.head<2>().norm()),
-                                    std::abs(answer->values[1] - epoch.error_enu_m.z()));
+      const double off_m = std::max(std::abs(result->values[0] - epoch.error_enu_m.head<2>().norm()),
+                                    std::abs(result->values[1] - epoch.error_enu_m.z()));
       // The tile's directions differ from a cell's own by 4e-6 rad (85 m over 20,000 km), which is 1 mm at a
       // wall 300 m away.
-      if (off_m > 0.01 || std::abs(answer->values[2] / fix.dop->hdop - 1) > 1e-3) continue;
+      if (off_m > 0.01 || std::abs(result->values[2] / fix.dop->hdop - 1) > 1e-3) continue;
       ++alike;
       worst_m = std::max(worst_m, off_m);
     }

@@ -75,12 +75,12 @@ class Damages {
     Outcome outcome = Outcome::Same;
     std::string silent;  ///< not empty: other data without a warning
   };
-  using Judge = std::function<Judgement(const std::string& text)>;
+  using Assess = std::function<Judgement(const std::string& text)>;
 
   explicit Damages(std::string name, std::string text, std::size_t every = 1, bool lines_out = false)
       : name_(std::move(name)), text_(std::move(text)), every_(damage_stride(every)), lines_out_(lines_out) {}
 
-  [[nodiscard]] DamageCounts run(const Judge& judge) const {
+  [[nodiscard]] DamageCounts run(const Assess& judge) const {
     DamageCounts counts;
     for (std::size_t at = 0; at < text_.size(); at += every_) {
       std::string text = text_;
@@ -106,7 +106,7 @@ class Damages {
   }
 
  private:
-  void count(DamageCounts& counts, const Judge& judge, const std::string& text, std::string what) const {
+  void count(DamageCounts& counts, const Assess& judge, const std::string& text, std::string what) const {
     ++counts.files;
     Judgement judgement;
     try {

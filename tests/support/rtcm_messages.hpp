@@ -110,7 +110,7 @@ inline broadcast::Bits msm(gnss::System system, int kind, geodesy::GpsTime time,
   for (const Row& r : cell_rows) {
     int indicator = lock_time_indicator(r.cell->lock_s, true);
     if (!fine) {
-      for (indicator = 0; indicator < 15 && least_lock_ms(indicator + 1, false) <= 1e3 * r.cell->lock_s;)
+      for (indicator = 0; indicator < 15 && min_lock_ms(indicator + 1, false) <= 1e3 * r.cell->lock_s;)
         ++indicator;
     }
     bits.put(static_cast<std::uint64_t>(indicator), fine ? 10 : 4);

@@ -102,7 +102,7 @@ shadowing: {skyline: {share: 0}}
     if (fractions.empty()) return city;
     city::FacadeOptions options;
     options.fractions = fractions;
-    (void)city::dress_facades(city, options, false, seed);
+    (void)city::assign_facades(city, options, false, seed);
     return city;
   }
 

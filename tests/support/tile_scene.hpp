@@ -117,17 +117,17 @@ struct TileScene {
       if (options.troposphere) m.pseudorange_m += errors::saastamoinen_delay_m(at, line->elevation_rad);
       measurements.push_back(m);
     }
-    Result answer;
+    Result result;
     const std::clock_t start = std::clock();
-    answer.fix = positioning::solve_fix(time + bias_s, measurements, sky, options.fix, klobuchar);
-    answer.solving_s = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-    if (answer.fix.solved()) {
+    result.fix = positioning::solve_fix(time + bias_s, measurements, sky, options.fix, klobuchar);
+    result.solving_s = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+    if (result.fix.solved()) {
       const Eigen::Vector3d error =
-          geodesy::enu_from_ecef_rotation(at) * (answer.fix.position_ecef - antenna);
-      answer.horizontal_m = error.head<2>().norm();
-      answer.vertical_m = error.z();
+          geodesy::enu_from_ecef_rotation(at) * (result.fix.position_ecef - antenna);
+      result.horizontal_m = error.head<2>().norm();
+      result.vertical_m = error.z();
     }
-    return answer;
+    return result;
   }
 };
 

@@ -317,7 +317,7 @@ TEST(HostSettings, EveryElementOfTheScenario) {
       <model>specular</model><reflection_order>0</reflection_order><max_range_m>450</max_range_m>
       <max_incidence_deg>80</max_incidence_deg><ground_reflection>1</ground_reflection>
     </propagation>)");
-  const simulation::LiveConfig& live = s.live;
+  const simulation::RunnerConfig& live = s.live;
   EXPECT_TRUE(live.sky.nominal);
   EXPECT_THAT(live.sky.systems, ElementsAre(gnss::System::GPS, gnss::System::Galileo, gnss::System::BeiDou));
   EXPECT_EQ(*live.start, geodesy::parse_time("2019-04-28T12:58:03Z"));
@@ -354,7 +354,7 @@ TEST(HostSettings, EveryElementOfTheScenario) {
 }
 
 TEST(HostSettings, ABaseStandsInTheWorld) {
-  const simulation::LiveConfig live =
+  const simulation::RunnerConfig live =
       read_plugin_settings(
           plugin("<base><profile>survey</profile><fixed><east_m>400</east_m><north_m>-20</north_m>"
                  "<up_m>12</up_m></fixed></base><corrections><from>base</from></corrections>"),
@@ -681,7 +681,7 @@ sdf::ElementPtr plugin(const options::Key& key, const std::string& value) {
 }
 
 TEST(PluginKeys, HoldEveryKeyOfALiveReceiver) {
-  for (const options::Key& live : options::describe<simulation::LiveConfig>().keys) {
+  for (const options::Key& live : options::describe<simulation::RunnerConfig>().keys) {
     EXPECT_THAT(plugin_keys(), testing::Contains(testing::Field(&options::Key::path, live.path)));
   }
 }

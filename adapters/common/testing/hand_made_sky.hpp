@@ -17,7 +17,7 @@ namespace canyon::test {
 
 /// A manually made report with only the data used by visuals.
 struct Sky {
-  simulation::LiveReceiver::Step step;
+  simulation::ReceiverRunner::Step step;
   live::ReceiverReport report;
 
   explicit Sky(const Eigen::Vector3d& antenna = Eigen::Vector3d::Zero()) {

@@ -14,7 +14,7 @@ namespace canyon::test {
 /// of tests/support/sample_epochs.hpp, with a fix also strengths, phases since 12.5 s ago and RAIM of
 /// sample_signals.hpp; G05 (LOS) has a direct path, G17 (NLOS) one reflection.
 struct SampleReport {
-  simulation::LiveReceiver::Step step;
+  simulation::ReceiverRunner::Step step;
   live::ReceiverReport report;
 
   /// Reflection point of G17 in ENU [m].

@@ -21,13 +21,13 @@ class PoseReceiver {
                geodesy::GpsTime start, const std::string& receiver_name)
       : truth_(settings, scene->city),
         hosted_(setup_of(settings, std::move(scene), start, receiver_name,
-                         [this](live::Tone, const std::string& line) { logged_.push_back(line); })) {}
+                         [this](live::Severity, const std::string& line) { logged_.push_back(line); })) {}
   /// The result of PoseInbox::take().
   std::string add(const simulation::RigidPose& pose, double stamp_s, std::int64_t now_ns) {
     return truth_.take(pose, stamp_s, now_ns);
   }
   void receive_rtcm(std::string_view bytes, std::int64_t now_ns) { hosted_.take_rtcm(bytes, now_ns); }
-  std::optional<simulation::LiveReceiver::Step> observe(std::int64_t now_ns, std::string& reason) {
+  std::optional<simulation::ReceiverRunner::Step> observe(std::int64_t now_ns, std::string& reason) {
     (void)hosted_.due(now_ns);
     hosted_.begin(now_ns, [&](std::string& why) {
       auto motion = truth_.at(now_ns, why);
@@ -39,7 +39,7 @@ class PoseReceiver {
     return *hosted_.step();
   }
   void change(const NodeSettings& settings) { hosted_.set_config(driven_config(settings, "/receiver")); }
-  [[nodiscard]] const simulation::LiveReceiver& receiver() const { return hosted_.receiver(); }
+  [[nodiscard]] const simulation::ReceiverRunner& receiver() const { return hosted_.receiver(); }
   [[nodiscard]] std::vector<std::string> take_warnings() { return std::exchange(logged_, {}); }
 
  private:

@@ -205,7 +205,7 @@ class TcpServer final : public BufferedTransport {
   void begin(std::string_view bytes) override { first_ = bytes; }
   /// Sends to every client; a client that is dropped gets only a part.
   void send(std::string_view bytes) override;
-  void answer(std::uint64_t reader, std::string_view bytes) override;
+  void send_to(std::uint64_t reader, std::string_view bytes) override;
   void serve() override;
   void add_handles(std::vector<int>& handles) const override;
   void finish(const std::optional<Correction>& correction) override;

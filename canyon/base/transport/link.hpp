@@ -102,8 +102,8 @@ class LineCutter {
 
   /// @param take gets every line that ends here, without its end; an empty optional instead of a line that
   /// was too long
-  template <typename Take>
-  void receive(std::string_view bytes, const Take& take) {
+  template <typename BlockHandler>
+  void receive(std::string_view bytes, const BlockHandler& take) {
     for (std::size_t end = bytes.find('\n'); end != std::string_view::npos; end = bytes.find('\n')) {
       add(bytes.substr(0, end));
       finish(take);
@@ -112,16 +112,16 @@ class LineCutter {
     add(bytes);
   }
   /// The same for received bytes: the end of a datagram ends its last line.
-  template <typename Take>
-  void receive(const Received& received, const Take& take) {
+  template <typename BlockHandler>
+  void receive(const Received& received, const BlockHandler& take) {
     receive(std::string_view(received.bytes), take);
     if (received.whole && (too_long_ || !line_.empty())) finish(take);
   }
   /// The unfinished line so far; empty if it is too long.
   [[nodiscard]] const std::string& rest() const { return line_; }
   /// Treats the rest as a line.
-  template <typename Take>
-  void finish(const Take& take) {
+  template <typename BlockHandler>
+  void finish(const BlockHandler& take) {
     const std::string line = std::exchange(line_, {});
     const bool too_long = std::exchange(too_long_, false);
     take(too_long ? std::nullopt : std::optional<std::string_view>(line));

@@ -99,7 +99,7 @@ struct NtripClient::Impl {
     (void)tcp.take_notes();  // its own notes repeat these
     if (tcp.connections() != connections) {
       phase = Phase::Head;
-      answer.clear();
+      response.clear();
       lines = LineCutter(kMaxLine);
       last_byte = Clock::now();
     }
@@ -124,34 +124,34 @@ struct NtripClient::Impl {
         take_table(bytes);
         break;
       case Phase::Head:
-        answer += bytes;
+        response += bytes;
         read_answer();
         break;
       case Phase::Http:
-        answer += bytes;
+        response += bytes;
         read_http();
         break;
     }
   }
 
   void read_answer() {
-    const std::size_t end_of_line = answer.find('\n');
+    const std::size_t end_of_line = response.find('\n');
     if (end_of_line == std::string::npos) {
-      if (answer.size() > kMaxResponseBytes) misunderstood("the response is not that of an NTRIP caster");
+      if (response.size() > kMaxResponseBytes) misunderstood("the response is not that of an NTRIP caster");
       return;
     }
-    const std::string line(trim(std::string_view(answer).substr(0, end_of_line)));
+    const std::string line(trim(std::string_view(response).substr(0, end_of_line)));
     if (line.starts_with("HTTP/1.")) {
       read_code(line);
     } else if (line.starts_with("ICY 200") || (source && line == "OK")) {
-      answer.erase(0, end_of_line + 1);
+      response.erase(0, end_of_line + 1);
       // Skips an empty line that some casters add.
-      if (const auto head = http_head(answer.substr(0, 2)); head && head->first == "\r\n")
-        answer.erase(0, head->second);
+      if (const auto head = http_head(response.substr(0, 2)); head && head->first == "\r\n")
+        response.erase(0, head->second);
       begin_stream(Phase::Raw);
     } else if (line.starts_with("SOURCETABLE 200")) {
       phase = Phase::Table;
-      take_table(answer);
+      take_table(response);
     } else if (lower_case(line).find("password") != std::string::npos) {
       end(State::Refused, kWrongPassword);
     } else if (line.starts_with("ERROR")) {
@@ -182,20 +182,20 @@ struct NtripClient::Impl {
 
   void read_http() {
     if (!parser->is_header_done()) {
-      const auto head = http_head(answer);
-      if (!head && answer.size() > kMaxResponseBytes)
+      const auto head = http_head(response);
+      if (!head && response.size() > kMaxResponseBytes)
         misunderstood("the caster's HTTP is broken: endless lines");
       if (!head) return;
-      answer.replace(0, head->second, head->first);
+      response.replace(0, head->second, head->first);
     }
     std::array<char, 4096> room;
-    while (!answer.empty() && phase == Phase::Http) {
+    while (!response.empty() && phase == Phase::Http) {
       auto& body = parser->get().body();
       body.data = room.data();
       body.size = room.size();
       const bool began = parser->is_header_done();
       error_code error;
-      answer.erase(0, parser->put(asio::buffer(answer), error));
+      response.erase(0, parser->put(asio::buffer(response), error));
       if (!began && parser->is_header_done()) {
         is_table = requests_table || parser->get()[http::field::content_type].find("gnss/sourcetable") !=
                                          boost::beast::string_view::npos;
@@ -212,7 +212,7 @@ struct NtripClient::Impl {
       } else if (parser->is_done()) {
         disconnect();
       } else if (error == http::error::need_more) {
-        if (answer.size() > kMaxResponseBytes) misunderstood("the caster's HTTP is broken: endless lines");
+        if (response.size() > kMaxResponseBytes) misunderstood("the caster's HTTP is broken: endless lines");
         return;
       }
     }
@@ -226,7 +226,7 @@ struct NtripClient::Impl {
     requests_table = false;
     if (source) tcp.reset_pause();
     if (!source && !gga.empty()) tcp.send(gga);
-    if (next == Phase::Raw) stream(std::exchange(answer, {}));
+    if (next == Phase::Raw) stream(std::exchange(response, {}));
   }
 
   void stream(std::string_view bytes) {
@@ -323,7 +323,7 @@ struct NtripClient::Impl {
   bool is_table = false;        ///< the HTTP body is a source table
   bool has_mount = false;       ///< the source table has the mount point
   Phase phase = Phase::Over;
-  std::string answer;  ///< received and not parsed yet
+  std::string response;  ///< received and not parsed yet
   std::optional<http::response_parser<http::buffer_body>> parser;
   LineCutter lines{kMaxLine};
   std::vector<std::string> table;

@@ -122,12 +122,12 @@ class NtripCaster {
   };
 
   void send(std::uint64_t reader, const Visitor& visitor, std::string_view bytes) {
-    if (!bytes.empty()) server_.answer(reader, visitor.chunked ? http_chunk(bytes) : std::string(bytes));
+    if (!bytes.empty()) server_.send_to(reader, visitor.chunked ? http_chunk(bytes) : std::string(bytes));
   }
 
   /// Sends the last response of a client.
   void dismiss(std::uint64_t reader, Visitor& visitor, std::string_view bytes) {
-    server_.answer(reader, bytes);
+    server_.send_to(reader, bytes);
     server_.close(reader);
     visitor.mount = nullptr;
     visitor.over = true;
@@ -152,12 +152,12 @@ class NtripCaster {
       dismiss(reader, visitor, "HTTP/1.1 400 Bad Request\r\nConnection: close\r\n\r\n");
       return;
     }
-    answer(reader, visitor, parser.get());
+    send_to(reader, visitor, parser.get());
     if (visitor.mount != nullptr) visitor.mount->received.add(reader, visitor.head.substr(head->second));
     visitor.head.clear();
   }
 
-  void answer(std::uint64_t reader, Visitor& visitor, const http::request<http::empty_body>& request) {
+  void send_to(std::uint64_t reader, Visitor& visitor, const http::request<http::empty_body>& request) {
     constexpr const char* kVersion = "Ntrip-Version";
     const bool second = lower_case(text_of(request[kVersion])).find("ntrip/2.0") != std::string::npos;
     // Adds the header lines after the status line, for both revisions.
@@ -191,10 +191,10 @@ class NtripCaster {
               second ? head_of("HTTP/1.1 401 Unauthorized", more) : "ERROR - Bad Password\r\n");
       return;
     }
-    server_.answer(reader, second ? head_of("HTTP/1.1 200 OK",
-                                            "Cache-Control: no-store\r\nContent-Type: gnss/data\r\n"
-                                            "Transfer-Encoding: chunked\r\n")
-                                  : "ICY 200 OK\r\n");
+    server_.send_to(reader, second ? head_of("HTTP/1.1 200 OK",
+                                             "Cache-Control: no-store\r\nContent-Type: gnss/data\r\n"
+                                             "Transfer-Encoding: chunked\r\n")
+                                   : "ICY 200 OK\r\n");
     visitor.mount = &mount;
     visitor.chunked = second;
     send(reader, visitor, mount.first);
@@ -246,7 +246,9 @@ class NtripMount final : public Transport {
   }
   void send(std::string_view bytes) override { caster_->send(mount_, bytes, {}); }
   [[nodiscard]] std::vector<std::uint64_t> readers() const override { return caster_->readers(mount_); }
-  void answer(std::uint64_t reader, std::string_view bytes) override { caster_->send(mount_, bytes, reader); }
+  void send_to(std::uint64_t reader, std::string_view bytes) override {
+    caster_->send(mount_, bytes, reader);
+  }
   void serve() override { caster_->serve(); }
   [[nodiscard]] std::vector<Received> take_received() override { return caster_->take_received(mount_); }
   void add_handles(std::vector<int>& handles) const override { caster_->add_handles(handles); }

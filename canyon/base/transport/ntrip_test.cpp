@@ -222,7 +222,7 @@ TEST(NtripCaster, HandsOnWhatClientsSayAndAnswersOne) {
   }));
   EXPECT_EQ(logged.begin()->second, kGga);
   EXPECT_EQ(logged.rbegin()->second, "$GPGGA,2\r\n$GPGGA,3\r\n");
-  caster->answer(logged.begin()->first, "at a");
+  caster->send_to(logged.begin()->first, "at a");
   caster->send("all");
   EXPECT_EQ(a.read(7), "at aall");
   EXPECT_EQ(b.read(8), "3\r\nall\r\n");
@@ -326,7 +326,7 @@ class ScriptedCaster {
     }));
     return bytes;
   }
-  void send_text(std::string_view bytes) { server_.answer(reader_, bytes); }
+  void send_text(std::string_view bytes) { server_.send_to(reader_, bytes); }
   void end() {
     server_.close(reader_);
     server_.serve();
@@ -416,7 +416,7 @@ TEST(NtripClient, AsksForTheTableOfACasterThatHasNoSuchMountPoint) {
 // A caster may repeat a request, with the password plain or encoded.
 TEST(NtripClient, TellsNoSecretThatACasterSaysBack) {
   const std::string encoded = base64("rover:S3CRET!");
-  for (const std::string& answer :
+  for (const std::string& response :
        {"HTTP/1.1 500 no " + encoded + "\r\n\r\n", "ERROR - " + encoded + " is not known\r\n",
         std::string("HTTP/1.1 403x rover:S3CRET!\r\n\r\n"),
         "HTTP/1.1 500 " + std::string(80, '.') + "S3CRET!\r\n\r\n",
@@ -424,8 +424,8 @@ TEST(NtripClient, TellsNoSecretThatACasterSaysBack) {
     ScriptedCaster caster;
     NtripClient client(address("ntrip", caster.port, kBase, "rover:S3CRET!"), kQuick);
     (void)caster.request(client);
-    caster.send_text(answer);
-    EXPECT_TRUE(becomes(client, State::Refused)) << answer;
+    caster.send_text(response);
+    EXPECT_TRUE(becomes(client, State::Refused)) << response;
     std::string reported = client.status().reason;
     for (const std::string& line : client.take_notes()) reported += line;
     for (const std::string& mount : client.status().mounts) reported += mount;
@@ -439,11 +439,11 @@ TEST(NtripClient, TakesChunksHoweverTheyAreCut) {
   EXPECT_THAT(caster.request(client),
               AllOf(StartsWith("GET /BASE HTTP/1.1\r\n"), HasSubstr("\r\nNtrip-Version: Ntrip/2.0\r\n"),
                     HasSubstr("\r\n" + authorization("rover:pw")), HasSubstr("\r\nUser-Agent: NTRIP ")));
-  const std::string answer =
+  const std::string response =
       "HTTP/1.1 200 OK\r\nNtrip-Version: Ntrip/2.0\r\nContent-Type: gnss/data\r\nTransfer-Encoding: "
       "chunked\r\n\r\n"
       "3\r\none\r\n00C;name=value\r\n two\r\n three\r\n1\r\n!\r\n";
-  for (const char c : answer) {
+  for (const char c : response) {
     caster.send_text({&c, 1});
     client.serve();
   }
@@ -473,29 +473,29 @@ TEST(NtripClient, TakesAnswersWhoseLinesEndWithLfAlone) {
 }
 
 TEST(NtripClient, FallsBackToRevision1) {
-  for (const char* answer :
+  for (const char* response :
        {"HTTP/1.1 501 Not Implemented\r\n\r\n", "ERROR - Bad Request\r\n", "hello\r\n", ""}) {
     ScriptedCaster caster;
     NtripClient client = client_of(caster);
     EXPECT_THAT(caster.request(client), HasSubstr("Ntrip/2.0"));
-    caster.send_text(answer);
+    caster.send_text(response);
     caster.end();
     EXPECT_EQ(caster.request(client),
               "GET /BASE HTTP/1.0\r\nUser-Agent: NTRIP Canyon\r\n" + authorization("rover:pw") + "\r\n");
     caster.send_text("ICY 200 OK\r\n\r\nbytes");
-    EXPECT_EQ(take(client, 5), "bytes") << answer;
+    EXPECT_EQ(take(client, 5), "bytes") << response;
     EXPECT_EQ(client.status().state, State::Streaming);
   }
 }
 
 TEST(NtripClient, SaysWhyItIsRefused) {
-  const auto status_after = [](const char* answer) {
+  const auto status_after = [](const char* result) {
     ScriptedCaster caster;
     NtripClient client = client_of(caster);
     (void)caster.request(client);
-    caster.send_text(answer);
+    caster.send_text(result);
     caster.end();
-    EXPECT_TRUE(becomes(client, State::Refused)) << answer;
+    EXPECT_TRUE(becomes(client, State::Refused)) << result;
     return client.status();
   };
   EXPECT_EQ(status_after("HTTP/1.0 401 Unauthorized\r\n").reason, "wrong user or password");

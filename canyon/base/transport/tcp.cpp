@@ -175,7 +175,7 @@ void TcpServer::send(std::string_view bytes) {
   std::erase_if(clients_, [&](Client& client) { return !push(client, bytes); });
 }
 
-void TcpServer::answer(std::uint64_t reader, std::string_view bytes) {
+void TcpServer::send_to(std::uint64_t reader, std::string_view bytes) {
   std::erase_if(clients_, [&](Client& client) {
     if (client.number != reader) return false;
     client.answered = std::chrono::steady_clock::now();

@@ -58,7 +58,7 @@ class Transport {
   /// The peers now: 0 for transports with a single one, else numbers from 1.
   [[nodiscard]] virtual std::vector<std::uint64_t> readers() const { return {0}; }
   /// Sends to a peer that has sent bytes; ignored if it is gone.
-  virtual void answer(std::uint64_t /*reader*/, std::string_view bytes) { send(bytes); }
+  virtual void send_to(std::uint64_t /*reader*/, std::string_view bytes) { send(bytes); }
   /// Work between two epochs: accepts new readers, sends kept bytes, receives.
   virtual void serve() {}
   /// The bytes received until the last serve().

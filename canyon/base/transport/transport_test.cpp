@@ -138,7 +138,7 @@ TEST(TcpServer, OneClientMoreTakesThePlaceOfTheOneThatWaitsLongest) {
   std::vector<LocalConnection> clients;
   for (std::size_t i = 0; i < kMaxClients; ++i) clients.emplace_back(port);
   serve_until(server, kMaxClients);
-  server.answer(1, "one ");
+  server.send_to(1, "one ");
   LocalConnection late(port);
   // The system has connected it already; the server accepts it when it is served.
   const auto deadline = in_20_s();
@@ -173,7 +173,7 @@ TEST(TcpServer, SilentVisitorsLockNobodyOut) {
   TcpServer server(port, "127.0.0.1", 8, true);
   LocalConnection works(port);
   serve_until(server, 1);
-  server.answer(1, "200 ");
+  server.send_to(1, "200 ");
   std::vector<LocalConnection> silent;
   for (int i = 0; i < 30; ++i) silent.emplace_back(port);
   LocalConnection requester(port);
@@ -467,7 +467,7 @@ TEST(Transport, TcpServerHearsClientsApartAndAnswersTheOneThatAsked) {
   ASSERT_FALSE(from_b.empty());
   EXPECT_EQ(from_a.front().bytes, "ping");
   EXPECT_NE(from_a.front().reader, from_b.front().reader);
-  server.answer(from_b.front().reader, "to b ");
+  server.send_to(from_b.front().reader, "to b ");
   server.send("to all");
   EXPECT_EQ(a.read(6), "to all");
   EXPECT_EQ(b.read(11), "to b to all");
@@ -514,7 +514,7 @@ TEST(Transport, TcpClientConnectsAgainWhenItsServerIsBack) {
   const auto received = received_by(*server, 5);
   ASSERT_FALSE(received.empty());
   EXPECT_EQ(received.front().bytes, "hello");
-  server->answer(received.front().reader, "welcome");
+  server->send_to(received.front().reader, "welcome");
   EXPECT_EQ(received_by(*client, 7).front().bytes, "welcome");
   server.reset();
   EXPECT_TRUE(serve_until_note("is gone")) << ::testing::PrintToString(notes);
@@ -536,7 +536,7 @@ TEST(Transport, UdpListenerSendsToThoseItReceivedFrom) {
   ASSERT_EQ(first.size(), 1U);
   ASSERT_EQ(more.size(), 2U);  // datagrams stay separate
   EXPECT_EQ(more[1].bytes, "two");
-  listener->answer(first.front().reader, "answer");
+  listener->send_to(first.front().reader, "answer");
   listener->send("all");
   EXPECT_EQ(received_by(*a, 9).back().bytes, "all");
   EXPECT_EQ(received_by(*b, 3).front().bytes, "all");

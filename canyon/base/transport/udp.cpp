@@ -23,8 +23,8 @@ void cut(std::string_view bytes, const Send& send) {
 }
 
 /// Receives the available datagrams, up to the limit per call.
-template <class Take>
-void receive(udp::socket& socket, const Take& take) {
+template <class BlockHandler>
+void receive(udp::socket& socket, const BlockHandler& take) {
   std::array<char, 65536> buffer;
   for (int i = 0; i < 256; ++i) {
     error_code error;
@@ -90,7 +90,7 @@ class UdpListener final : public BufferedTransport {
       if (Clock::now() - peer.received <= kFaithful) numbers.push_back(peer.number);
     return numbers;
   }
-  void answer(std::uint64_t reader, std::string_view bytes) override {
+  void send_to(std::uint64_t reader, std::string_view bytes) override {
     for (const Peer& peer : peers_)
       if (peer.number == reader) send_to(peer, bytes);
   }

@@ -69,7 +69,7 @@ struct Instance {
 /// A visible instance in the form needed by rays. Embree's own instances would need a tree over all of them,
 /// built at each commit: 0.3 ms for a hundred, while hosts move and hide objects many times a second. Testing
 /// the sphere of each costs a ray about 1 ns.
-struct Mover {
+struct InstanceBounds {
   Vector3d centre;  ///< of its bounds, ENU
   double radius = 0;
   Eigen::Matrix3d instance_from_enu;
@@ -124,7 +124,7 @@ struct RayScene::Impl {
   Tracing tracing;
   BuiltMesh city;
   std::vector<city::Surface> surfaces;               ///< one per triangle of the city
-  std::vector<Mover> movers;                         ///< of `posed`, in its order
+  std::vector<InstanceBounds> movers;                ///< of `posed`, in its order
   std::vector<std::unique_ptr<Instance>> instances;  ///< [id - 1]; null once removed
   std::vector<PosedInstance> posed;
   double movers_radius = 0;            ///< of the visible instances about the city's centre
@@ -153,13 +153,13 @@ struct RayScene::Impl {
   }
   /// In the mover's frame, with equal ranges. Both centres are subtracted in doubles, so that floats have
   /// only small numbers.
-  static Probe probe(const Ray& ray, double min_range_m, double max_range_m, const Mover& mover) {
+  static Probe probe(const Ray& ray, double min_range_m, double max_range_m, const InstanceBounds& mover) {
     return {mover.instance_from_enu * (ray.origin - mover.centre), mover.instance_from_enu * ray.direction,
             min_range_m, max_range_m};
   }
 
   [[nodiscard]] bool occluded_by_movers(const Ray& ray, double min_range_m) const {
-    return std::any_of(movers.begin(), movers.end(), [&](const Mover& mover) {
+    return std::any_of(movers.begin(), movers.end(), [&](const InstanceBounds& mover) {
       if (!mover.near(ray, min_range_m, ray.max_range_m)) return false;
       Probe one = probe(ray, min_range_m, ray.max_range_m, mover);
       return mover.built->triangles.occluded(one);
@@ -266,7 +266,7 @@ std::optional<Hit> RayScene::cast(const Ray& ray, double min_range_m) const {
   std::optional<Triangles::TriangleHit> found = impl_->city.triangles.first(impl_->probe(ray, min_range_m));
   std::optional<std::size_t> mover_hit;
   for (std::size_t i = 0; i < impl_->movers.size(); ++i) {
-    const Mover& mover = impl_->movers[i];
+    const InstanceBounds& mover = impl_->movers[i];
     const double reach_m = found ? found->range : ray.max_range_m;
     if (!mover.near(ray, min_range_m, reach_m)) continue;
     const auto nearer = mover.built->triangles.first(Impl::probe(ray, min_range_m, reach_m, mover));

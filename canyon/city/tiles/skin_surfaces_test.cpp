@@ -23,8 +23,8 @@ class Heights {
   [[nodiscard]] static bool in_house(double x, double y) { return x > 20 && x < 40 && y > 30 && y < 46; }
   [[nodiscard]] static bool in_crown(double x, double y) { return std::hypot(x - 60, y - 60) < 4; }
 
-  static Skin skin() {
-    Skin out;
+  static PhotoMesh skin() {
+    PhotoMesh out;
     std::uint32_t state = 1;
     const auto noise = [&state] {
       state = state * 1664525U + 1013904223U;
@@ -79,7 +79,7 @@ TEST(SkinSurfaces, TellsGroundHousesAndTreesApart) {
 }
 
 TEST(SkinSurfaces, OneTriangleIsASkinToo) {
-  Skin skin;
+  PhotoMesh skin;
   skin.vertices = {{0, 0, 0}, {5, 0, 0}, {0, 5, 0}};
   skin.triangles = {{0, 1, 2}};
   city::Mesh mesh;

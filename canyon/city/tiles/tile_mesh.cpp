@@ -574,7 +574,7 @@ std::vector<std::string> TileMesh::notes() const {
   return lines;
 }
 
-std::vector<std::string> append_skin(const Skin& skin, city::Mesh& mesh) {
+std::vector<std::string> append_skin(const PhotoMesh& skin, city::Mesh& mesh) {
   std::vector<Eigen::Vector3d> vertices = skin.vertices;
   LabelledTriangles left;
   for (const auto& triangle : skin.triangles)

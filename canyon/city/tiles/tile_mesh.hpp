@@ -14,7 +14,7 @@ namespace canyon::tiles {
 
 /// Triangles that form one surface of ground, trees and houses, as from photogrammetry: those without
 /// features, without a word for a surface, and with textures or colours [m, z up].
-struct Skin {
+struct PhotoMesh {
   std::vector<Eigen::Vector3d> vertices;
   city::TriangleIndices triangles;
 };
@@ -33,7 +33,7 @@ class TileMesh {
   void add(const TileContent& content, const Eigen::Matrix4d& to_enu, const std::string& name);
 
   [[nodiscard]] city::Mesh& mesh() { return mesh_; }
-  [[nodiscard]] Skin& skin() { return skin_; }
+  [[nodiscard]] PhotoMesh& skin() { return skin_; }
   [[nodiscard]] std::size_t triangles() const { return read_; }
   /// The decisions taken, one line each.
   [[nodiscard]] std::vector<std::string> notes() const;
@@ -45,7 +45,7 @@ class TileMesh {
   void add_object(const std::string& name, city::Surface surface, city::Material material, Part& part);
 
   city::Mesh mesh_;
-  Skin skin_;
+  PhotoMesh skin_;
   std::size_t read_ = 0, degenerate_ = 0, rotated_ = 0, open_ = 0;
   std::array<std::size_t, 4> by_word_{};  ///< objects by surface
   std::size_t sheets_ = 0, guessed_ = 0;
@@ -58,6 +58,6 @@ class TileMesh {
 /// buildings, as are walls that reach down to the ground; rough areas of 10 m^2 and more are foliage, unless
 /// large planes enclose them. Smaller rough pieces join their neighbours: chimneys, dormers, parapets. Small
 /// planes amid foliage, and pieces with foliage and no roof, are foliage: sides of crowns and hedges.
-[[nodiscard]] std::vector<std::string> append_skin(const Skin& skin, city::Mesh& mesh);
+[[nodiscard]] std::vector<std::string> append_skin(const PhotoMesh& skin, city::Mesh& mesh);
 
 }  // namespace canyon::tiles

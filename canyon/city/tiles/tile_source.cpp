@@ -178,25 +178,25 @@ void TileSource::download(const std::vector<std::string>& addresses) {
     options.timeout_s = options_.timeout_s;
     options.largest = kMaxTile;
     options.allow_external = options_.allow_external;
-    buildings::http_get_all(left, options, [&](std::size_t i, buildings::HttpResponse&& answer) {
+    buildings::http_get_all(left, options, [&](std::size_t i, buildings::HttpResponse&& response) {
       const std::string& address = left[i];
-      const bool busy = answer.status == 429 || answer.status >= 500;
+      const bool busy = response.status == 429 || response.status >= 500;
       if (busy && attempt < kTries) {
         again.push_back(address);
-        pause_s = std::max(pause_s, answer.retry_after_s.value_or(1));
+        pause_s = std::max(pause_s, response.retry_after_s.value_or(1));
         return;
       }
-      if (!answer.problem.empty() || answer.status != 200) {
-        fetched_[address] = !answer.problem.empty()
-                                ? answer.problem
-                                : fmt::format("the server responded with HTTP status {}", answer.status);
+      if (!response.problem.empty() || response.status != 200) {
+        fetched_[address] = !response.problem.empty()
+                                ? response.problem
+                                : fmt::format("the server responded with HTTP status {}", response.status);
         return;
       }
       ++downloaded_files_;
-      downloaded_bytes_ += answer.body.size();
+      downloaded_bytes_ += response.body.size();
       const fs::path path = cached(address);
-      overwrite_cache_file(path, answer.body);
-      const double kept_s = answer.keep_s.value_or(kKept_s);
+      overwrite_cache_file(path, response.body);
+      const double kept_s = response.keep_s.value_or(kKept_s);
       if (kept_s <= 0) not_to_keep_.push_back(path);
       std::error_code ignored;
       fs::last_write_time(path,

@@ -19,7 +19,7 @@
 namespace canyon::live {
 namespace {
 
-using Receivers = std::vector<AdjustableReceiver>;
+using Receivers = std::vector<ReceiverHandle>;
 
 constexpr std::string_view kRefused = "refused: ";
 
@@ -28,7 +28,7 @@ struct Line {
   std::string value;
 };
 
-std::vector<Line> lines_of(const simulation::LiveConfig& config) {
+std::vector<Line> lines_of(const simulation::RunnerConfig& config) {
   std::vector<Line> lines;
   const std::string text = simulation::running_options(config);
   for (std::size_t at = 0; at < text.size();) {
@@ -40,9 +40,9 @@ std::vector<Line> lines_of(const simulation::LiveConfig& config) {
   return lines;
 }
 
-const AdjustableReceiver& named(const std::string& name, const Receivers& receivers) {
+const ReceiverHandle& named(const std::string& name, const Receivers& receivers) {
   std::vector<std::string> names;
-  for (const AdjustableReceiver& each : receivers) {
+  for (const ReceiverHandle& each : receivers) {
     if (each.name == name) return each;
     names.push_back(each.name);
   }
@@ -64,7 +64,7 @@ std::string get(const OptionsRequest& request, const Receivers& receivers) {
   std::string text;
   std::vector<std::string> keys;
   bool found = false;
-  for (const AdjustableReceiver& each : receivers) {
+  for (const ReceiverHandle& each : receivers) {
     if (!one) text += fmt::format("{}:\n", each.name);
     for (const Line& line : lines_of(each.receiver->config())) {
       keys.push_back(line.key);
@@ -84,8 +84,8 @@ std::string get(const OptionsRequest& request, const Receivers& receivers) {
 }
 
 /// A line for each change, in the order of the keys.
-std::vector<std::string> differences(const std::string& name, const simulation::LiveConfig& before,
-                                     const simulation::LiveConfig& after) {
+std::vector<std::string> differences(const std::string& name, const simulation::RunnerConfig& before,
+                                     const simulation::RunnerConfig& after) {
   const std::vector<Line> old_lines = lines_of(before);
   const std::vector<Line> new_lines = lines_of(after);
   const auto value_in = [](const std::vector<Line>& lines, const std::string& key) -> std::string {
@@ -107,15 +107,15 @@ std::vector<std::string> differences(const std::string& name, const simulation::
 
 std::string set(const OptionsRequest& request, const Receivers& receivers) {
   struct Change {
-    const AdjustableReceiver* of;
-    simulation::LiveConfig config;
+    const ReceiverHandle* of;
+    simulation::RunnerConfig config;
     bool rate_alone;
   };
   std::vector<Change> changes;
   std::vector<std::string> logged;
-  for (const AdjustableReceiver& each : receivers) {
-    const simulation::LiveConfig& now = each.receiver->config();
-    simulation::LiveConfig config = simulation::changed_live_config(now, request.text, request.source);
+  for (const ReceiverHandle& each : receivers) {
+    const simulation::RunnerConfig& now = each.receiver->config();
+    simulation::RunnerConfig config = simulation::changed_live_config(now, request.text, request.source);
     if (!each.changes_rate && config.rate_hz != now.rate_hz) {
       throw InputError("rate_hz: cannot change while the session runs",
                        "write it in the scenario, and start again");
@@ -124,7 +124,7 @@ std::string set(const OptionsRequest& request, const Receivers& receivers) {
     const std::vector<std::string> lines = differences(each.name, now, config);
     if (lines.empty()) continue;
     logged.insert(logged.end(), lines.begin(), lines.end());
-    simulation::LiveConfig at_old_rate = config;
+    simulation::RunnerConfig at_old_rate = config;
     at_old_rate.rate_hz = now.rate_hz;
     const bool rate_alone = config.rate_hz && differences(each.name, now, at_old_rate).empty();
     changes.push_back({&each, std::move(config), rate_alone});
@@ -142,7 +142,7 @@ std::string set(const OptionsRequest& request, const Receivers& receivers) {
 
 std::string faults(const Receivers& receivers) {
   std::string text;
-  for (const AdjustableReceiver& each : receivers) {
+  for (const ReceiverHandle& each : receivers) {
     for (const disturbance::FaultState& fault : each.receiver->faults()) {
       text += fmt::format("{}: {} ({}) from {:.10g} s", each.name, fault.name, fault.kind, fault.from_s);
       if (fault.until_s) text += fmt::format(" until {:.10g} s", *fault.until_s);
@@ -158,7 +158,7 @@ std::string faults(const Receivers& receivers) {
 std::vector<std::string> add_to_timelines(const Receivers& receivers, const std::string& text,
                                           const std::string& source) {
   std::vector<std::string> names;
-  for (const AdjustableReceiver& each : receivers) {
+  for (const ReceiverHandle& each : receivers) {
     names.push_back(each.receiver->add_fault(text, source));
     if (each.base != nullptr) (void)each.base->add_fault(text, source);
   }
@@ -176,17 +176,17 @@ std::string add_fault(const OptionsRequest& request, const Receivers& receivers)
 
 /// Ends a fault on all timelines that have it; returns the names of their receivers.
 std::vector<std::string> end_on_timelines(const Receivers& receivers, const std::string& name) {
-  std::vector<simulation::LiveReceiver*> all;
-  for (const AdjustableReceiver& each : receivers) {
+  std::vector<simulation::ReceiverRunner*> all;
+  for (const ReceiverHandle& each : receivers) {
     all.push_back(each.receiver);
     if (each.base != nullptr) all.push_back(each.base);
   }
   const auto ended = simulation::end_fault(all, name);
-  const auto has = [&](const simulation::LiveReceiver* one) {
+  const auto has = [&](const simulation::ReceiverRunner* one) {
     return std::find(ended.begin(), ended.end(), one) != ended.end();
   };
   std::vector<std::string> names;
-  for (const AdjustableReceiver& each : receivers)
+  for (const ReceiverHandle& each : receivers)
     if (has(each.receiver) || has(each.base)) names.push_back(each.name);
   return names;
 }
@@ -219,7 +219,7 @@ std::string perform(const OptionsRequest& request, const Receivers& receivers) {
   return {};
 }
 
-std::string answer(const OptionsRequest& request, const Receivers& receivers) {
+std::string handle_request(const OptionsRequest& request, const Receivers& receivers) {
   try {
     return perform(request, receivers);
   } catch (const InputError& error) {
@@ -227,7 +227,7 @@ std::string answer(const OptionsRequest& request, const Receivers& receivers) {
   }
 }
 
-std::string OptionsDesk::submit(OptionsRequest request, std::chrono::milliseconds patience) {
+std::string RequestQueue::submit(OptionsRequest request, std::chrono::milliseconds patience) {
   const auto mine = std::make_shared<Waiting>();
   mine->request = std::move(request);
   std::unique_lock lock(mutex_);
@@ -239,7 +239,7 @@ std::string OptionsDesk::submit(OptionsRequest request, std::chrono::millisecond
     if (at == waiting_.end()) {
       // The host's thread has started the request and will respond, even if late.
       answered_.wait(lock, [&] { return mine->done; });
-      return mine->answer;
+      return mine->response;
     }
     waiting_.erase(at);
   }
@@ -248,7 +248,7 @@ std::string OptionsDesk::submit(OptionsRequest request, std::chrono::millisecond
                                patience.count());
 }
 
-void OptionsDesk::serve(const std::function<std::vector<AdjustableReceiver>()>& receivers) {
+void RequestQueue::serve(const std::function<std::vector<ReceiverHandle>()>& receivers) {
   if (!has_requests_) return;
   std::deque<std::shared_ptr<Waiting>> taken;
   {
@@ -259,18 +259,18 @@ void OptionsDesk::serve(const std::function<std::vector<AdjustableReceiver>()>& 
   for (const std::shared_ptr<Waiting>& each : taken) {
     std::string text;
     try {
-      text = answer(each->request, receivers());
+      text = handle_request(each->request, receivers());
     } catch (const std::exception& error) {  // the caller must not wait for ever
       text = fmt::format("refused: {}", error.what());
     }
     const std::lock_guard lock(mutex_);
-    each->answer = std::move(text);
+    each->response = std::move(text);
     each->done = true;
     answered_.notify_all();
   }
 }
 
-void OptionsDesk::close() {
+void RequestQueue::close() {
   const std::lock_guard lock(mutex_);
   closed_ = true;
   answered_.notify_all();
@@ -279,7 +279,7 @@ void OptionsDesk::close() {
 ServiceReply FaultRequestHandler::call(OptionsRequest::Kind kind, const std::string& text) const {
   if (!changes && kind != OptionsRequest::Kind::Faults)
     return {false, fmt::format("{}services may not change this simulation; {}", kRefused, allow_by)};
-  std::string logged = answer({kind, {}, text});
+  std::string logged = handle_request({kind, {}, text});
   const bool done = !logged.starts_with(kRefused);
   return {done, std::move(logged)};
 }
@@ -324,7 +324,7 @@ class SessionCommands final : public Commands {
                                  output::no_fix_reason(epoch.observed.fix, epoch.containment)};
   }
   [[nodiscard]] bool stopped() const override { return stop; }
-  [[nodiscard]] std::string answer(std::string_view line) override {
+  [[nodiscard]] std::string handle_request(std::string_view line) override {
     constexpr std::string_view kHint = R"(write {"command": "help"})";
     const std::optional<Json> parsed = Json::try_parse(line);
     if (!parsed) return one_line(refusal("the line is not JSON", kHint));
@@ -382,15 +382,15 @@ class SessionCommands final : public Commands {
     constexpr std::size_t kMaxCommand = 65536;
     readers.of(received.reader, kMaxCommand).receive(received, [&](std::optional<std::string_view> line) {
       if (line && trim(*line).empty()) return;
-      link->transport().answer(
+      link->transport().send_to(
           received.reader,
-          line ? answer(*line)
+          line ? handle_request(*line)
                : one_line(refusal("a line is too long", "end each command with a line break")));
     });
   }
 
   /// The receiver named in a command; without a name the first.
-  [[nodiscard]] const AdjustableReceiver& receiver(const Json& command) const {
+  [[nodiscard]] const ReceiverHandle& receiver(const Json& command) const {
     const std::string name = name_in(command, "receiver");
     return name.empty() ? context.receivers.front() : named(name, context.receivers);
   }
@@ -452,7 +452,7 @@ class SessionCommands final : public Commands {
 
   Json faults(const Json& command) {
     Json json{{"ok", true}, {"faults", Json::object()}};
-    for (const AdjustableReceiver& one : meant(command)) {
+    for (const ReceiverHandle& one : meant(command)) {
       Json list = Json::array();
       for (const disturbance::FaultState& state : one.receiver->faults()) {
         Json each{

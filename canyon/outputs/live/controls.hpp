@@ -33,13 +33,13 @@ struct OptionsRequest {
 };
 
 /// A running receiver, as used by requests.
-struct AdjustableReceiver {
+struct ReceiverHandle {
   std::string name;
-  simulation::LiveReceiver* receiver = nullptr;
+  simulation::ReceiverRunner* receiver = nullptr;
   /// Called after a change: the host updates its copies of receiver->config(), rate and lever arm.
   std::function<void()> changed = {};
-  simulation::LiveReceiver* base = nullptr;  ///< its base, which gets its faults too; null: none
-  bool changes_rate = true;                  ///< rate_hz may change while it runs
+  simulation::ReceiverRunner* base = nullptr;  ///< its base, which gets its faults too; null: none
+  bool changes_rate = true;                    ///< rate_hz may change while it runs
 };
 
 /// The response, readable by people and programs: lines without a newline at the end.
@@ -50,13 +50,13 @@ struct AdjustableReceiver {
 ///  - AddFault, EndFault: "added NAME: FAULT", "ended NAME: FAULT" for each receiver, without a restart.
 ///  - "refused: REASON; HINT" if nothing was changed.
 /// Never throws InputError.
-[[nodiscard]] std::string answer(const OptionsRequest& request,
-                                 const std::vector<AdjustableReceiver>& receivers);
-/// As answer(), but throws InputError instead of "refused: ...".
-std::string perform(const OptionsRequest& request, const std::vector<AdjustableReceiver>& receivers);
+[[nodiscard]] std::string handle_request(const OptionsRequest& request,
+                                         const std::vector<ReceiverHandle>& receivers);
+/// As response(), but throws InputError instead of "refused: ...".
+std::string perform(const OptionsRequest& request, const std::vector<ReceiverHandle>& receivers);
 
 /// A queue of requests to the host's thread.
-class OptionsDesk {
+class RequestQueue {
  public:
   /// Keep it short: a transport may have a single thread for all that a process receives, which waits
   /// meanwhile.
@@ -66,14 +66,14 @@ class OptionsDesk {
   [[nodiscard]] std::string submit(OptionsRequest request, std::chrono::milliseconds patience = kPatience);
   /// Handles queued requests. For the host's thread, at every update, paused or not. `receivers` is called
   /// only if there are requests.
-  void serve(const std::function<std::vector<AdjustableReceiver>()>& receivers);
+  void serve(const std::function<std::vector<ReceiverHandle>()>& receivers);
   /// Stops serving. Rejects pending and later requests.
   void close();
 
  private:
   struct Waiting {
     OptionsRequest request;
-    std::string answer;
+    std::string response;
     bool done = false;
   };
   std::mutex mutex_;
@@ -97,23 +97,23 @@ inline constexpr ControlService kControlServices[]{{"get_options", OptionsReques
 
 struct ServiceReply {
   bool success = false;
-  std::string message;  ///< as answer() returns it
+  std::string message;  ///< as response() returns it
 };
 
 /// Handles the fault services of one receiver, in the thread of the caller.
 struct FaultRequestHandler {
-  std::function<std::string(const OptionsRequest&)> answer;
+  std::function<std::string(const OptionsRequest&)> response;
   bool changes = false;       ///< requests may change the simulation
   std::string allow_by = {};  ///< how to allow them, "set the parameter live.changes"
 
-  /// Calls `answer` if the request is allowed.
+  /// Calls `response` if the request is allowed.
   [[nodiscard]] ServiceReply call(OptionsRequest::Kind kind, const std::string& text) const;
 };
 
 /// The state that commands read and change.
 struct CommandContext {
   std::filesystem::path source;  ///< of the scenario, as OptionsRequest::source
-  std::vector<AdjustableReceiver> receivers;
+  std::vector<ReceiverHandle> receivers;
   const SessionMetrics& metrics;
   bool changes = false;           ///< may change the simulation
   std::function<double()> now_s;  ///< scenario time
@@ -125,7 +125,7 @@ class Commands {
  public:
   virtual ~Commands() = default;
   /// Returns the response to a line; never throws.
-  [[nodiscard]] virtual std::string answer(std::string_view line) = 0;
+  [[nodiscard]] virtual std::string handle_request(std::string_view line) = 0;
   /// Stores the latest epoch of a receiver, for status requests.
   virtual void keep(const simulation::Epoch& epoch) = 0;
   /// A client requested the end of the run.

@@ -21,7 +21,7 @@ using testing::Not;
 using testing::StartsWith;
 using Kind = OptionsRequest::Kind;
 
-simulation::LiveReceiver receiver(const std::string& more = "") {
+simulation::ReceiverRunner receiver(const std::string& more = "") {
   const auto config = simulation::parse_live_config(
       "sky: {nominal: true, systems: [GPS]}\nstart: 2026-06-01T08:00:00Z\nprofile: "
       "ideal\nelevation_mask_deg: 5\n" +
@@ -32,7 +32,7 @@ simulation::LiveReceiver receiver(const std::string& more = "") {
 
 // Requests for options arrive over ports and services, not from the author of the scenario.
 TEST(RunningOptions, ShowNoPasswordAndAreTakenBack) {
-  simulation::LiveConfig config = receiver().config();
+  simulation::RunnerConfig config = receiver().config();
   for (const char* from : {"ntrip://me:SECRET@h:1/M", "ntrip://me@example.com:SECRET@h:1/M"}) {
     config.receiver().options.corrections.from = from;
     const std::string text = simulation::running_options(config);
@@ -68,11 +68,11 @@ TEST(RunningOptions, ARequestNamesNoFileButProfilesBesideTheScenario) {
 class OptionsDeskTest : public testing::Test {
  protected:
   std::string submit(Kind kind, const std::string& name, const std::string& text) {
-    return answer({kind, name, text}, both_);
+    return handle_request({kind, name, text}, both_);
   }
-  simulation::LiveReceiver car_ = receiver(), drone_ = receiver();
+  simulation::ReceiverRunner car_ = receiver(), drone_ = receiver();
   int changed_ = 0;
-  std::vector<AdjustableReceiver> both_{{"car", &car_, [this] { ++changed_; }}, {"drone", &drone_}};
+  std::vector<ReceiverHandle> both_{{"car", &car_, [this] { ++changed_; }}, {"drone", &drone_}};
 };
 
 TEST_F(OptionsDeskTest, GetsAKeyASectionOrEverything) {
@@ -86,7 +86,7 @@ TEST_F(OptionsDeskTest, GetsAKeyASectionOrEverything) {
   EXPECT_THAT(submit(Kind::Get, "car", "elevation_mask"),
               AllOf(StartsWith("refused: "), HasSubstr("did you mean 'elevation_mask_deg'?")));
   EXPECT_THAT(submit(Kind::Get, "boat", ""), AllOf(StartsWith("refused: "), HasSubstr("car, drone")));
-  EXPECT_THAT(answer({Kind::Get, "", ""}, {}), HasSubstr("there is no receiver"));
+  EXPECT_THAT(handle_request({Kind::Get, "", ""}, {}), HasSubstr("there is no receiver"));
 }
 
 TEST_F(OptionsDeskTest, SetsWhatItIsToldAndSaysWhatChanged) {
@@ -132,7 +132,7 @@ TEST_F(OptionsDeskTest, RefusesWhatCannotBeAndChangesNothing) {
 // A receiver with new options equals one that was built with them.
 TEST_F(OptionsDeskTest, AChangedReceiverIsThatOfItsOptions) {
   const std::string text = "noise: {enabled: true}\nclock: {bias_s: 1.0e-4}";
-  simulation::LiveReceiver built = receiver(text);
+  simulation::ReceiverRunner built = receiver(text);
   const simulation::RigidPose at{{0, 0, 2}};
   int compared = 0;
   (void)car_.observe(0, at);
@@ -156,12 +156,12 @@ TEST_F(OptionsDeskTest, AChangedReceiverIsThatOfItsOptions) {
 // The receiver's epochs are at other times, and nothing else has changed.
 TEST_F(OptionsDeskTest, AnotherRateAloneLeavesTheReceiverAsItIs) {
   const std::string text = "noise: {enabled: true}\nclock: {bias_s: 1.0e-4}";
-  simulation::LiveReceiver kept = receiver(text), other = receiver(text);
+  simulation::ReceiverRunner kept = receiver(text), other = receiver(text);
   const simulation::RigidPose at{{0, 0, 2}};
-  const std::vector<AdjustableReceiver> one{{"car", &other, [this] { ++changed_; }}};
+  const std::vector<ReceiverHandle> one{{"car", &other, [this] { ++changed_; }}};
   (void)kept.observe(0, at);
   (void)other.observe(0, at);
-  EXPECT_EQ(answer({Kind::Set, "", "rate_hz: 7"}, one), "set car: rate_hz: (none) -> 7");
+  EXPECT_EQ(handle_request({Kind::Set, "", "rate_hz: 7"}, one), "set car: rate_hz: (none) -> 7");
   EXPECT_EQ(changed_, 1);
   EXPECT_EQ(other.config().rate_hz, 7);
   const auto a = kept.observe(1, at).epoch.observed.satellites,
@@ -171,7 +171,7 @@ TEST_F(OptionsDeskTest, AnotherRateAloneLeavesTheReceiverAsItIs) {
 }
 
 TEST_F(OptionsDeskTest, AnswersFromTheHostsThread) {
-  OptionsDesk desk;
+  RequestQueue desk;
   auto requested = std::async(std::launch::async, [&] {
     return desk.submit({Kind::Set, "car", "elevation_mask_deg: 12"}, std::chrono::seconds(20));
   });
@@ -187,7 +187,7 @@ TEST_F(OptionsDeskTest, AnswersFromTheHostsThread) {
 }
 
 TEST_F(OptionsDeskTest, NobodyWaitsForAHostThatDoesNotServe) {
-  OptionsDesk desk;
+  RequestQueue desk;
   EXPECT_THAT(desk.submit({Kind::Get, "", ""}, std::chrono::milliseconds(5)),
               HasSubstr("the simulation made no update within 5 ms; nothing has changed"));
   auto waiting = std::async(std::launch::async, [&] {

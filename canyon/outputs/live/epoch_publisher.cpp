@@ -16,7 +16,7 @@ class StreamPublisher final : public EpochPublisher {
  public:
   StreamPublisher(std::string setting, const output::StreamRequest& request, std::size_t receiver,
                   const output::ReceiverDescription& description, std::shared_ptr<transport::Link> link,
-                  simulation::LiveReceiver* device)
+                  simulation::ReceiverRunner* device)
       : setting_(std::move(setting)),
         stream_(output::open_stream(
             request, receiver, description, std::move(link),
@@ -52,7 +52,7 @@ class StreamPublisher final : public EpochPublisher {
   std::string setting_;
   std::int64_t now_ns_ = 0;
   std::unique_ptr<output::EncodedStream> stream_;
-  simulation::LiveReceiver* device_;
+  simulation::ReceiverRunner* device_;
   std::vector<std::string> notes_;
 };
 
@@ -61,7 +61,7 @@ class StreamPublisher final : public EpochPublisher {
 std::unique_ptr<EpochPublisher> make_stream_publisher(
     const std::string& setting, std::string_view stream,
     const std::vector<output::ReceiverDescription>& receivers, const LinkOpener& open,
-    simulation::LiveReceiver* device) {
+    simulation::ReceiverRunner* device) {
   try {
     output::StreamRequest request = output::parse_stream(stream);
     std::vector<std::string> names;
@@ -96,7 +96,7 @@ std::string stream_of_model(const std::string& setting, const std::string& strea
   return result;
 }
 
-void SkyWarnings::take(simulation::LiveReceiver& receiver,
+void SkyWarnings::take(simulation::ReceiverRunner& receiver,
                        const std::function<void(const std::string& line, bool is_sky_warning)>& log) {
   const std::vector<std::string> is_sky_warning = receiver.sky().report.warnings();
   for (const std::string& line : receiver.take_warnings()) {

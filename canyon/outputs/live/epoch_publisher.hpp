@@ -21,8 +21,8 @@ namespace canyon::live {
 struct ReceiverReport {
   std::int64_t sim_time_ns = 0;  ///< time of the host's clock
   /// Null, with `reason`, if there is no epoch because the truth is missing (pose_topic silent or too old).
-  const simulation::LiveReceiver::Step* step = nullptr;
-  const simulation::LiveReceiver::Step* base = nullptr;  ///< the epoch of its own base; null: none
+  const simulation::ReceiverRunner::Step* step = nullptr;
+  const simulation::ReceiverRunner::Step* base = nullptr;  ///< the epoch of its own base; null: none
   std::string reason;
   Eigen::Vector3d antenna_world_m = Eigen::Vector3d::Zero();                ///< in the host's world frame
   Eigen::Quaterniond link_attitude_world = Eigen::Quaterniond::Identity();  ///< world from link
@@ -67,7 +67,7 @@ using LinkOpener = std::function<std::shared_ptr<transport::Link>(const output::
 [[nodiscard]] std::unique_ptr<EpochPublisher> make_stream_publisher(
     const std::string& setting, std::string_view stream,
     const std::vector<output::ReceiverDescription>& receivers, const LinkOpener& open = {},
-    simulation::LiveReceiver* device = nullptr);
+    simulation::ReceiverRunner* device = nullptr);
 
 /// `stream` with `{model}` replaced by a model's name and `{number}` by the number at the name's end (0 if it
 /// has none), so that one setting serves several vehicles: for x500_1 "ubx=pty:/tmp/gps{number}" is
@@ -79,7 +79,7 @@ using LinkOpener = std::function<std::shared_ptr<transport::Link>(const output::
 class SkyWarnings {
  public:
   /// Logs a receiver's warnings. @param say gets each line that no receiver has logged of its sky before
-  void take(simulation::LiveReceiver& receiver,
+  void take(simulation::ReceiverRunner& receiver,
             const std::function<void(const std::string& line, bool is_sky_warning)>& log);
 
  private:
@@ -88,7 +88,7 @@ class SkyWarnings {
 };
 
 /// Writes a line to a host's console.
-enum class Tone { Warning, Error };
-using LogFunction = std::function<void(Tone tone, const std::string& line)>;
+enum class Severity { Warning, Error };
+using LogFunction = std::function<void(Severity tone, const std::string& line)>;
 
 }  // namespace canyon::live

@@ -53,7 +53,7 @@ HostedReceiver::HostedReceiver(HostSetup setup)
       log_(std::move(setup.log)),
       sky_warnings_(setup.sky_warnings ? std::move(setup.sky_warnings) : std::make_shared<SkyWarnings>()) {
   InputFiles::begin_run();
-  for (const std::string& line : setup.warnings) log(Tone::Warning, line);
+  for (const std::string& line : setup.warnings) log(Severity::Warning, line);
   try {
     start_receiver();
     std::vector<output::ReceiverDescription> descriptions;
@@ -75,7 +75,7 @@ HostedReceiver::~HostedReceiver() = default;
 void HostedReceiver::start_receiver() {
   auto& fixed = options_.live.receiver().fixed;
   if (fixed) fixed->resolve(frame_.enu);
-  simulation::LiveConfig config = options_.live;
+  simulation::RunnerConfig config = options_.live;
   if (config.base() != nullptr) config.receivers[1].options.corrections = {};  // it uses none here
   run_.emplace(std::move(config), city_ ? city_ : open_field(frame_), start_);
   if (tracer_) receiver().set_tracer(tracer_);
@@ -92,13 +92,13 @@ void HostedReceiver::begin_sensors() {
 void HostedReceiver::log_warnings() {
   for (std::size_t r = 0; r < run_->size(); ++r) {
     sky_warnings_->take((*run_)[r], [&](const std::string& line, bool is_sky_warning) {
-      log(Tone::Warning, r == 0 ? line : fmt::format("{}: {}", options_.live.base()->options.name, line),
+      log(Severity::Warning, r == 0 ? line : fmt::format("{}: {}", options_.live.base()->options.name, line),
           is_sky_warning);
     });
   }
 }
 
-void HostedReceiver::log(Tone tone, const std::string& line, bool requested) {
+void HostedReceiver::log(Severity tone, const std::string& line, bool requested) {
   if (!logged_.insert(line).second) return;
   log_(tone, hide_passwords(requested || name_.empty() ? line : fmt::format("{}: {}", name_, line)));
 }
@@ -112,10 +112,10 @@ void HostedReceiver::publish(const std::function<void(EpochPublisher&)>& work) {
     if (!publisher) continue;
     try {
       work(*publisher);
-      for (const std::string& note : publisher->take_notes()) log(Tone::Warning, note);
+      for (const std::string& note : publisher->take_notes()) log(Severity::Warning, note);
     } catch (const std::exception& e) {
       if (failure.empty()) throw;
-      log(Tone::Warning, fmt::format("{}: {}", failure, e.what()));
+      log(Severity::Warning, fmt::format("{}: {}", failure, e.what()));
       publisher.reset();
     }
   }
@@ -132,7 +132,7 @@ void HostedReceiver::make_rtcm() {
 }
 
 std::string HostedReceiver::base_receiver_name() const {
-  const simulation::LiveConfig& config = options_.live;
+  const simulation::RunnerConfig& config = options_.live;
   return config.base() == nullptr ? config.receiver().options.corrections.from : "";
 }
 
@@ -157,7 +157,7 @@ void HostedReceiver::set_tracer(simulation::Tracer tracer, std::function<std::ve
   receiver().set_tracer(tracer_);
 }
 
-void HostedReceiver::set_config(simulation::LiveConfig config) {
+void HostedReceiver::set_config(simulation::RunnerConfig config) {
   if (auto& fixed = config.receiver().fixed) fixed->resolve(frame_.enu);
   receiver().set_config(std::move(config));
   take_config();
@@ -169,7 +169,7 @@ void HostedReceiver::take_config() {
   options_.live.rate_hz = receiver().config().rate_hz;
 }
 
-AdjustableReceiver HostedReceiver::adjustable(const std::string& name) {
+ReceiverHandle HostedReceiver::receiver_handle(const std::string& name) {
   const auto changed = [this] {
     take_config();
     schedule_.set_interval(1 / rate_hz());
@@ -227,7 +227,7 @@ void HostedReceiver::begin(std::int64_t now_ns, const Truth& truth) {
   } catch (const std::exception& e) {
     motion_.reset();
     report_.reason = e.what();
-    log(Tone::Error, report_.reason);
+    log(Severity::Error, report_.reason);
   }
 }
 
@@ -239,7 +239,7 @@ void HostedReceiver::finish() {
     if (motion_) compute(*motion_);
   } catch (const std::exception& e) {
     report_.reason = e.what();
-    log(Tone::Error, report_.reason);
+    log(Severity::Error, report_.reason);
   }
   report_.compute_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (!steps_.empty()) {
@@ -250,7 +250,7 @@ void HostedReceiver::finish() {
     report_.scan_ranges_m.clear();
   }
   if (rtcm_)
-    for (const std::string& line : rtcm_->take_warnings()) log(Tone::Warning, line);
+    for (const std::string& line : rtcm_->take_warnings()) log(Severity::Warning, line);
   publish([this](EpochPublisher& publisher) { publisher.publish(report_); });
 }
 
@@ -271,7 +271,7 @@ void HostedReceiver::compute(const Motion& motion) {
     antennas = std::get<Antennas>(motion);
   }
   follow_scene();
-  std::vector<simulation::Run::Due> due;
+  std::vector<simulation::ReceiverGroup::Due> due;
   for (const std::size_t r : run_->order()) {
     const std::optional<simulation::Pose> fixed = run_->fixed_pose(r, now);
     if (r != 0 && !fixed && !antennas.base)
@@ -298,7 +298,7 @@ void HostedReceiver::follow_scene() {
     generation_ = scene_->generation();
     has_scene_ = true;
   }
-  for (const std::string& line : scene_->take_notes()) log(Tone::Warning, line);
+  for (const std::string& line : scene_->take_notes()) log(Severity::Warning, line);
 }
 
 // Direct and mirror ray of each satellite through the engine's scene.
@@ -408,16 +408,16 @@ void HostBases::find_base(std::size_t number) {
     if (!base && m != number && names.back() == from) base = m;
   }
   if (!base) {
-    return rover.log(Tone::Warning,
+    return rover.log(Severity::Warning,
                      fmt::format("it uses corrections of receiver '{}', which is not in this world yet; "
                                  "receivers: {}; give one <name>{}</name>",
                                  from, fmt::join(names, ", "), from));
   }
   const HostedReceiver& station = *members_[*base].receiver;
-  const simulation::LiveConfig& own = rover.receiver().config();
-  const simulation::LiveConfig& others = station.receiver().config();
+  const simulation::RunnerConfig& own = rover.receiver().config();
+  const simulation::RunnerConfig& others = station.receiver().config();
   if (own.seed != others.seed || rover.receiver().start() != station.receiver().start()) {
-    rover.log(Tone::Warning,
+    rover.log(Severity::Warning,
               fmt::format("its base '{}' has another seed or start: errors of the sky do not cancel; give "
                           "both the same <seed> and <start>",
                           from));
@@ -430,7 +430,7 @@ void HostBases::find_base(std::size_t number) {
     simulation::check_corrections(both, 0);
     links_.connect(number, *base, both[1].fixed.has_value(), both[0].options, own.seed);
   } catch (const InputError& e) {
-    rover.log(Tone::Error, e.what());
+    rover.log(Severity::Error, e.what());
   }
 }
 

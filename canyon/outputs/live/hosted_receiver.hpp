@@ -25,7 +25,7 @@ namespace canyon::live {
 /// (HostSettings) and the ROS 2 node (NodeSettings) add their own.
 struct HostOptions {
   /// One receiver and, if it uses corrections of another receiver, that one as its base.
-  simulation::LiveConfig live;
+  simulation::RunnerConfig live;
   bool named = false;  ///< `name` is the user's; else the receiver has a default name
   double pose_timeout_s =
       0.5;  ///< maximum age of an external pose in the host's time; older ones are not used as truth; > 0
@@ -49,7 +49,7 @@ struct HostSetup {
   double rate_hz = 10;     ///< if the options have none
   bool scan = false;       ///< reports include ranges of rays
   std::int64_t epochs = simulation::EpochSchedule::kEndless;  ///< of a drive with an end
-  /// The vehicle's sensors from `start` on, if `options.live` is LiveConfig::with_sensors.
+  /// The vehicle's sensors from `start` on, if `options.live` is RunnerConfig::with_sensors.
   std::function<simulation::SensorRun()> sensors = {};
   /// Setting (for messages) and FORMAT=ADDRESS (output::parse_stream()) of each stream, open in its lifetime.
   std::vector<std::pair<std::string, std::string>> streams = {};
@@ -76,8 +76,8 @@ class HostedReceiver {
   /// Motion at this instant; empty, with `reason`, if there is none.
   using Truth = std::function<std::optional<Motion>(std::string& reason)>;
 
-  /// Throws InputError, whose text begins with the setup's name, as LiveReceiver does and if a stream cannot
-  /// be opened.
+  /// Throws InputError, whose text begins with the setup's name, as ReceiverRunner does and if a stream
+  /// cannot be opened.
   explicit HostedReceiver(HostSetup setup);
   ~HostedReceiver();
   HostedReceiver(const HostedReceiver&) = delete;
@@ -89,10 +89,10 @@ class HostedReceiver {
 
   /// Name of the receiver of the same world whose corrections it uses; empty: none (HostBases).
   [[nodiscard]] std::string base_receiver_name() const;
-  [[nodiscard]] simulation::LiveReceiver& receiver() { return (*run_)[0]; }
-  [[nodiscard]] const simulation::LiveReceiver& receiver() const { return (*run_)[0]; }
+  [[nodiscard]] simulation::ReceiverRunner& receiver() { return (*run_)[0]; }
+  [[nodiscard]] const simulation::ReceiverRunner& receiver() const { return (*run_)[0]; }
   /// The epoch of the last finish(), until the next begin(); null: none.
-  [[nodiscard]] const simulation::LiveReceiver::Step* step() const { return report_.step; }
+  [[nodiscard]] const simulation::ReceiverRunner::Step* step() const { return report_.step; }
   /// The world's time of the last begin().
   [[nodiscard]] std::int64_t epoch_start_ns() const { return report_.sim_time_ns; }
 
@@ -106,10 +106,10 @@ class HostedReceiver {
   void set_frame(const WorldFrame& frame);
   /// Replaces the ray caster by the host's own. The scan gets the last epoch's ranges, at most `reach_m`.
   void set_tracer(simulation::Tracer tracer, std::function<std::vector<double>()> ranges, double reach_m);
-  /// Other options from the next epoch on, like LiveReceiver::set_config(); sky, frame and rate stay.
-  void set_config(simulation::LiveConfig config);
+  /// Other options from the next epoch on, like ReceiverRunner::set_config(); sky, frame and rate stay.
+  void set_config(simulation::RunnerConfig config);
   /// The receiver under this name for requests that change options at run time; valid until the next update.
-  [[nodiscard]] AdjustableReceiver adjustable(const std::string& name);
+  [[nodiscard]] ReceiverHandle receiver_handle(const std::string& name);
   /// Called if the world was reset or its time went back, in addition to the receiver's own reset.
   void on_reset(std::function<void()> action) { on_reset_ = std::move(action); }
   /// Takes an RTCM 3 message received at `now_ns`, for a receiver with corrections from a topic.
@@ -142,7 +142,7 @@ class HostedReceiver {
   /// Resets the receiver to its state after construction.
   void reset();
   /// Logs each once, without passwords. @param requested not of this receiver alone: logged without its name
-  void log(Tone tone, const std::string& line, bool requested = false);
+  void log(Severity tone, const std::string& line, bool requested = false);
 
  private:
   void start_receiver();
@@ -177,9 +177,9 @@ class HostedReceiver {
   std::function<std::vector<double>()> ranges_;
   double reach_m_ = 0;
   std::function<void()> on_reset_;
-  std::optional<simulation::Run> run_;  // of the receiver, 0, and its base, 1; streams refer to it
+  std::optional<simulation::ReceiverGroup> run_;  // of the receiver, 0, and its base, 1; streams refer to it
   std::optional<RtcmInput> rtcm_;
-  std::vector<simulation::LiveReceiver::Step> steps_;  // of the last epoch
+  std::vector<simulation::ReceiverRunner::Step> steps_;  // of the last epoch
   std::string name_;
   LogFunction log_;
   std::set<std::string> logged_;

@@ -129,11 +129,11 @@ class MavlinkPoses final : public PoseDecoder {
                     double height_m) {
     // Autopilots without a fix send 0, 0 or the maximum integers.
     if (simulation::is_null_island(latitude_deg, longitude_deg))
-      complaints_.add(fmt::format("{} at latitude 0, longitude 0, as before a fix", name));
+      decode_errors_.add(fmt::format("{} at latitude 0, longitude 0, as before a fix", name));
     else if (is_on_earth(latitude_deg, longitude_deg) && std::isfinite(height_m))
       report.position = geodesy::Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);
     else
-      complaints_.add(fmt::format("{} with a latitude, longitude or height out of range", name));
+      decode_errors_.add(fmt::format("{} with a latitude, longitude or height out of range", name));
   }
 
   /// Empty for unused messages and for messages without a pose.
@@ -182,7 +182,7 @@ class MavlinkPoses final : public PoseDecoder {
     const auto world_ned = is_ned(kLocalFrames, m.frame), body_frd = is_ned(kBodyFrames, m.child_frame),
                child_ned = is_ned(kLocalFrames, m.child_frame);
     if (!world_ned || (!body_frd && !child_ned)) {
-      complaints_.add(
+      decode_errors_.add(
           fmt::format("ODOMETRY with a pose in MAV_FRAME {} and velocities in {}: unsupported frames",
                       m.frame, m.child_frame));
       return std::nullopt;

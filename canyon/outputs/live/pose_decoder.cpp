@@ -40,7 +40,7 @@ bool is_on_earth(double latitude_deg, double longitude_deg) {
   return std::abs(latitude_deg) <= 90 && std::abs(longitude_deg) <= 360;
 }
 
-void Complaints::add(std::string why) {
+void DecodeErrors::add(std::string why) {
   ++count_;
   const auto at =
       std::find_if(reasons_.begin(), reasons_.end(), [&](const auto& r) { return r.first == why; });
@@ -50,7 +50,7 @@ void Complaints::add(std::string why) {
     reasons_.emplace_back(std::move(why), 1);
 }
 
-std::string Complaints::take() {
+std::string DecodeErrors::take() {
   if (count_ == 0) return {};
   std::string text =
       fmt::format("{} {}: ", count_, count_ == 1 ? "message was not a pose" : "messages were not poses");
@@ -99,7 +99,7 @@ class JsonPoses final : public PoseDecoder {
       if (line && trim(*line).empty()) return;
       const std::string why =
           line ? read(*line, each) : fmt::format("a line of more than {} bytes", kMaxLine);
-      if (!why.empty()) complaints_.add(why);
+      if (!why.empty()) decode_errors_.add(why);
     };
     lines.receive(received, take);
     // The line break at the end may be missing.
@@ -235,16 +235,16 @@ class BinaryPoses final : public PoseDecoder {
       if (start == std::string_view::npos) {
         // The beginning of the next pose may be there.
         if (rest.size() > kMagic.size() - 1) {
-          complaints_.add("bytes without \"CNY1\"");
+          decode_errors_.add("bytes without \"CNY1\"");
           rest.remove_prefix(rest.size() - (kMagic.size() - 1));
         }
         break;
       }
-      if (start > 0) complaints_.add("bytes before \"CNY1\"");
+      if (start > 0) decode_errors_.add("bytes before \"CNY1\"");
       rest.remove_prefix(start);
       if (rest.size() < kBinarySize) break;
       if (crc(rest.substr(0, kBinarySize - 4)) != value<std::uint32_t>(rest, kBinarySize - 4)) {
-        complaints_.add("a wrong checksum");
+        decode_errors_.add("a wrong checksum");
         rest.remove_prefix(1);
         continue;
       }
@@ -253,7 +253,7 @@ class BinaryPoses final : public PoseDecoder {
     }
     held = std::string(rest);
     if (!received.whole || held.empty()) return;
-    complaints_.add("a datagram that ends within a pose");
+    decode_errors_.add("a datagram that ends within a pose");
     held.clear();
   }
 
@@ -286,7 +286,7 @@ class BinaryPoses final : public PoseDecoder {
     const auto position = vector<double>(bytes, 20);
     if (flags & kGeodetic) {
       if (!is_on_earth(position.x(), position.y())) {
-        complaints_.add("latitude or longitude out of range");
+        decode_errors_.add("latitude or longitude out of range");
         return;
       }
       report.position = geodesy::Geodetic::from_degrees(position.x(), position.y(), position.z());
@@ -297,7 +297,7 @@ class BinaryPoses final : public PoseDecoder {
       const auto xyz = vector<float>(bytes, 48);
       const Quaterniond q(static_cast<double>(value<float>(bytes, 44)), xyz.x(), xyz.y(), xyz.z());
       if (!(q.norm() > 1e-6)) {
-        complaints_.add("an attitude without direction");
+        decode_errors_.add("an attitude without direction");
         return;
       }
       report.attitude = axes_.attitude(q);

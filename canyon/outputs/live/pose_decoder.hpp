@@ -27,7 +27,7 @@ struct PoseReport {
 };
 
 /// Counts messages that are not poses, by reason.
-class Complaints {
+class DecodeErrors {
  public:
   /// Number of distinct reasons that are reported; messages with further reasons are only counted.
   static constexpr std::size_t kMax = 8;
@@ -52,12 +52,12 @@ class PoseDecoder {
   /// A request for poses to a silent sender; empty: none.
   [[nodiscard]] virtual std::string request() { return {}; }
   /// Complaints::take() for the messages since the last call.
-  [[nodiscard]] std::string take_complaint() { return complaints_.take(); }
+  [[nodiscard]] std::string take_decode_errors() { return decode_errors_.take(); }
   /// Unused parts of poses, each reported once; empty: none since the last call.
   [[nodiscard]] virtual std::string take_unused() { return {}; }
 
  protected:
-  Complaints complaints_;
+  DecodeErrors decode_errors_;
 };
 
 /// Makes the decoder for these options. Throws InputError for unknown messages.

@@ -75,7 +75,7 @@ TEST(JsonPoses, AreTakenAsTheyAreInEnuAndFlu) {
   EXPECT_EQ(*r.velocity_mps, Vector3d(4, 5, -6));
   EXPECT_EQ(*r.rates_body_radps, Vector3d(0.1, 0.2, 0.3));
   expect_near(*r.attitude * Vector3d::UnitX(), skew() * Vector3d::UnitX());
-  EXPECT_EQ(decoder->take_complaint(), "");
+  EXPECT_EQ(decoder->take_decode_errors(), "");
 }
 
 TEST(JsonPoses, AreTurnedFromNedAndFrd) {
@@ -135,11 +135,11 @@ TEST(JsonPoses, SayWhatIsNone) {
            {"{\"latitude_deg\": 91, \"longitude_deg\": 0, \"height_m\": 0}\n", "out of range"},
            {std::string(10'000, '[') + "\n", "more than 4096 bytes"}}) {
     EXPECT_TRUE(received(*decoder, line).empty()) << line.substr(0, 50);
-    EXPECT_THAT(decoder->take_complaint(), HasSubstr(problem)) << line.substr(0, 50);
+    EXPECT_THAT(decoder->take_decode_errors(), HasSubstr(problem)) << line.substr(0, 50);
   }
   // The next one is accepted.
   EXPECT_EQ(received(*decoder, "{\"position_m\": [1, 2, 3]}\n").size(), 1U);
-  EXPECT_EQ(decoder->take_complaint(), "");
+  EXPECT_EQ(decoder->take_decode_errors(), "");
   // Two senders do not break each other's lines.
   decoder->receive({1, "{\"position_m\": [1,"}, [](const PoseReport&) { ADD_FAILURE(); });
   EXPECT_EQ(received(*decoder, "{\"position_m\": [4, 5, 6]}\n", 100, 2).size(), 1U);
@@ -152,7 +152,7 @@ TEST(JsonPoses, SayWhatIsNotUsed) {
   const std::string pose =
       "{\"position_m\": [1, 2, 3], \"velocity\": [1, 0, 0], \"Attitude\": [0, 0, 0, 1], \"battery\": 5}\n";
   EXPECT_EQ(received(*decoder, pose + pose).size(), 2U);
-  EXPECT_EQ(decoder->take_complaint(), "");
+  EXPECT_EQ(decoder->take_decode_errors(), "");
   const std::string unused = decoder->take_unused();
   EXPECT_THAT(unused, HasSubstr("'velocity' is not used: did you mean 'velocity_mps'?"));
   EXPECT_THAT(unused, HasSubstr("'Attitude' is not used: did you mean 'attitude'?"));
@@ -224,9 +224,9 @@ TEST(Poses, ADatagramEndsWhatItSays) {
     };
     for (int i = 0; i < 3; ++i) {
       decoder->receive({7, bad, true}, count);
-      EXPECT_THAT(decoder->take_complaint(), HasSubstr("1 message was not a pose")) << bad;
+      EXPECT_THAT(decoder->take_decode_errors(), HasSubstr("1 message was not a pose")) << bad;
       decoder->receive({7, next, true}, count);
-      EXPECT_EQ(decoder->take_complaint(), "") << bad;
+      EXPECT_EQ(decoder->take_decode_errors(), "") << bad;
     }
     EXPECT_EQ(poses, 3) << bad;
   }
@@ -236,12 +236,12 @@ TEST(Poses, ADatagramEndsWhatItSays) {
 TEST(Poses, ComplaintsCountByReason) {
   const auto json = make_decoder(options(PoseFormat::Json));
   (void)received(*json, "rubbish\n{\"position_m\": 1}\nrubbish\n{}\n");
-  EXPECT_EQ(json->take_complaint(),
+  EXPECT_EQ(json->take_decode_errors(),
             "4 messages were not poses: 2 not a JSON object; 1 'position_m' is not a list of 3 numbers; 1 "
             "neither 'position_m' nor 'latitude_deg', 'longitude_deg', 'height_m'");
   (void)received(*json, "rubbish\nrubbish\n");
-  EXPECT_EQ(json->take_complaint(), "2 messages were not poses: not a JSON object");
-  Complaints many;
+  EXPECT_EQ(json->take_decode_errors(), "2 messages were not poses: not a JSON object");
+  DecodeErrors many;
   for (int i = 0; i < 1000; ++i) many.add("reason " + std::to_string(i));
   EXPECT_THAT(many.take(), AllOf(HasSubstr("1000 messages were not poses: 1 reason 0; 1 reason 1; "),
                                  HasSubstr("; 1 reason 7; 992 for other reasons")));
@@ -256,7 +256,7 @@ TEST(BinaryPoses, AreFoundAmongRubbish) {
     const auto reports = received(*decoder, bytes + std::string(200, 'C'), step);
     ASSERT_EQ(reports.size(), 2U) << step;
     EXPECT_EQ(*reports[0].position_m, Vector3d(1, 2, 3));
-    EXPECT_THAT(decoder->take_complaint(), HasSubstr("not poses"));
+    EXPECT_THAT(decoder->take_decode_errors(), HasSubstr("not poses"));
   }
 }
 
@@ -349,7 +349,7 @@ TEST(MavlinkPoses, PlacesBeforeAFixAreNone) {
   state.ned_from_frd = to_mavlink(skew());
   state.altitude_m = 37;
   for (const PoseReport& report : received(*decoder, frame(state))) EXPECT_FALSE(report.position);
-  EXPECT_THAT(decoder->take_complaint(), HasSubstr("was not a pose: HIL_STATE_QUATERNION at latitude 0"));
+  EXPECT_THAT(decoder->take_decode_errors(), HasSubstr("was not a pose: HIL_STATE_QUATERNION at latitude 0"));
 }
 
 TEST(MavlinkPoses, OdometrySaysItsFrames) {
@@ -373,7 +373,7 @@ TEST(MavlinkPoses, OdometrySaysItsFrames) {
   expect_near(*r.rates_body_radps, {0.1, 0.2, 0.3});
   m.frame = 0;  // GLOBAL: not for metres
   EXPECT_TRUE(received(*decoder, frame(m)).empty());
-  EXPECT_THAT(decoder->take_complaint(), HasSubstr("MAV_FRAME 0"));
+  EXPECT_THAT(decoder->take_decode_errors(), HasSubstr("MAV_FRAME 0"));
 }
 
 TEST(MavlinkPoses, EstimatesAreTakenOnlyWhereTheyAreNamed) {

@@ -156,7 +156,7 @@ bool PoseSource::take(const PoseReport& report, std::int64_t now_ns) {
 
 std::vector<std::string> PoseSource::take_notes() {
   std::vector<std::string> notes;
-  if (std::string complaint = decoder_->take_complaint(); !complaint.empty()) notes.push_back(complaint);
+  if (std::string complaint = decoder_->take_decode_errors(); !complaint.empty()) notes.push_back(complaint);
   if (std::string unused = decoder_->take_unused(); !unused.empty()) notes.push_back(unused);
   if (!pace_note_.empty()) notes.push_back(std::exchange(pace_note_, {}));
   if (const double far_m = std::exchange(far_m_, 0); far_m > 0) {

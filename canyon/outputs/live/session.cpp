@@ -34,7 +34,7 @@ namespace {
 
 using geodesy::GpsTime;
 using simulation::LiveClock;
-using simulation::LiveReceiver;
+using simulation::ReceiverRunner;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::string_view kTrajectory = "trajectory";
@@ -107,7 +107,7 @@ struct Vehicle {
 /// One due epoch of one receiver, the arrival time of its pose, and the samples of its vehicle's sensors
 /// since the previous epoch.
 struct Due {
-  simulation::Run::Due epoch;
+  simulation::ReceiverGroup::Due epoch;
   std::optional<Clock::time_point> pose_came = {};
   simulation::SensorBatch samples = {};
 };
@@ -182,12 +182,12 @@ struct Session::Impl {
   }
 
   void make_receivers() {
-    simulation::LiveConfig config = simulation::live_config(scenario, start, schedule.interval_s());
+    simulation::RunnerConfig config = simulation::live_config(scenario, start, schedule.interval_s());
     config.with_sensors = scenario.sensors.any();
     receivers.emplace(std::move(config), scene, start);
     // Prepared now, so that the first epoch is not late.
     for (std::size_t r = 0; r < receivers->size(); ++r) {
-      const LiveReceiver& receiver = (*receivers)[r];
+      const ReceiverRunner& receiver = (*receivers)[r];
       prepared.push_back(receiver.environment().make_propagator(receiver.config().receiver().propagation));
     }
   }
@@ -573,7 +573,7 @@ struct Session::Impl {
     if (vehicle.source) stamped_ns = std::max(stamped_ns, at);
     const GpsTime time = start + seconds(at);
     Due next{{r, time}};
-    simulation::Run::Due& epoch = next.epoch;
+    simulation::ReceiverGroup::Due& epoch = next.epoch;
     epoch.antenna = receivers->fixed_pose(r, time);
     epoch.inputs.continuous = !vehicle.source;
     bool moves = !vehicle.source;
@@ -625,13 +625,13 @@ struct Session::Impl {
   }
 
   void compute_and_write(std::span<Due> block) {
-    std::vector<simulation::Run::Due> epochs;
+    std::vector<simulation::ReceiverGroup::Due> epochs;
     epochs.reserve(block.size());
     for (Due& each : block) {
       if (sensors[each.epoch.receiver]) each.epoch.inputs.sensors = &each.samples;
       epochs.push_back(each.epoch);
     }
-    const std::vector<LiveReceiver::Step> steps = receivers->make(epochs, true);
+    const std::vector<ReceiverRunner::Step> steps = receivers->make(epochs, true);
     for (std::size_t i = 0; i < block.size(); ++i) {
       const simulation::Epoch& out = steps[i].epoch;
       ++metrics.epochs;
@@ -788,7 +788,7 @@ struct Session::Impl {
   simulation::EpochSchedule schedule{1};  // of every receiver, without its offset
   bool now_starts = false;                // at the next full second
   bool resumed = false;
-  std::optional<simulation::Run> receivers;
+  std::optional<simulation::ReceiverGroup> receivers;
   SkyWarnings sky_warnings;
   std::vector<propagation::Propagator> prepared;  // that receivers will need
   /// By receiver: the sensors of its vehicle. Empty: not needed, or no pose received.

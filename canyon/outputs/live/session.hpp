@@ -42,7 +42,7 @@ struct SessionOptions {
 /// as many threads as there are cores. If no pose arrived within the source's time-out, there is no truth:
 /// the epoch has no signal and no fix, and its true position is NaN.
 ///
-/// The results are those of simulation::LiveReceiver, and for a trajectory those of Simulation::run().
+/// The results are those of simulation::ReceiverRunner, and for a trajectory those of Simulation::run().
 class Session {
  public:
   /// Opens every address. Without start in the scenario or its trajectory the run begins at the next full

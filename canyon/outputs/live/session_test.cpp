@@ -336,7 +336,7 @@ TEST(Session, SendsStreamsAndTakesCommands) {
   {
     test::LocalConnection reader(nmea), commands(control);
     EXPECT_THAT(reader.read(200), HasSubstr("RMC,"));
-    const auto answer = [&](const std::string& line) {
+    const auto response = [&](const std::string& line) {
       commands.send_text(line + "\n");
       std::string text;
       while (text.find('\n') == std::string::npos) {
@@ -346,21 +346,21 @@ TEST(Session, SendsStreamsAndTakesCommands) {
       }
       return nlohmann::json::parse(text, nullptr, false);
     };
-    const auto status = answer(R"({"command": "status"})");
+    const auto status = response(R"({"command": "status"})");
     EXPECT_EQ(status["ok"], true) << status;
     EXPECT_EQ(status["receivers"][0]["name"], "rover");
-    EXPECT_EQ(answer("{]")["ok"], false);
-    EXPECT_THAT(answer(R"({"command": "statu"})")["cure"].get<std::string>(), HasSubstr("'status'"));
-    EXPECT_EQ(answer(R"({"command": "set", "options": {"clock.bias_s": 0.001}})")["ok"], true);
-    EXPECT_THAT(answer(R"({"command": "options"})")["options"].get<std::string>(),
+    EXPECT_EQ(response("{]")["ok"], false);
+    EXPECT_THAT(response(R"({"command": "statu"})")["cure"].get<std::string>(), HasSubstr("'status'"));
+    EXPECT_EQ(response(R"({"command": "set", "options": {"clock.bias_s": 0.001}})")["ok"], true);
+    EXPECT_THAT(response(R"({"command": "options"})")["options"].get<std::string>(),
                 HasSubstr("clock.bias_s: 0.001"));
-    EXPECT_EQ(answer(R"({"command": "set", "options": {"clock.bias_s": "x"}})")["ok"], false);
-    EXPECT_THAT(answer(R"({"command": "set", "options": {"profile": "/etc/passwd"}})").dump(),
+    EXPECT_EQ(response(R"({"command": "set", "options": {"clock.bias_s": "x"}})")["ok"], false);
+    EXPECT_THAT(response(R"({"command": "set", "options": {"profile": "/etc/passwd"}})").dump(),
                 HasSubstr("'/etc/passwd' is not in the scenario's folder"));
     // All receivers of a session share its schedule of epochs.
-    EXPECT_THAT(answer(R"({"command": "set", "options": {"rate_hz": 5}})").dump(),
+    EXPECT_THAT(response(R"({"command": "set", "options": {"rate_hz": 5}})").dump(),
                 HasSubstr("rate_hz: cannot change while the session runs"));
-    EXPECT_EQ(answer(R"({"command": "stop"})")["ok"], true);
+    EXPECT_EQ(response(R"({"command": "stop"})")["ok"], true);
   }
   server.join();
   EXPECT_EQ(kept.finished, 1);
@@ -368,7 +368,7 @@ TEST(Session, SendsStreamsAndTakesCommands) {
 }
 
 // CFG-RST, a cold start: ephemerides are read again, which takes at least four strings of GLONASS and at most
-// little more than a frame after the search (KnownEphemerides).
+// little more than a frame after the search (EphemerisAcquisition).
 TEST(Session, UbxRestartsTheReceiver) {
   const int ubx = test::free_port();
   const Scenario s = scenario(

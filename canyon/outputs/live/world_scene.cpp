@@ -226,7 +226,7 @@ struct WorldScene::Impl {
     for (TrackedLink& part : tracked.links) add(tracked, part);
   }
 
-  /// Assigns facades to models that are not vehicles; returns the note of dress_facades().
+  /// Assigns facades to models that are not vehicles; returns the note of assign_facades().
   std::string dress(const std::vector<TrackedModel*>& among) const {
     city::City city;
     std::vector<city::Mesh*> parts;
@@ -238,7 +238,7 @@ struct WorldScene::Impl {
       }
     }
     std::string summary =
-        city::dress_facades(city, options.facades, options.facades.keeps_named(false), options.seed);
+        city::assign_facades(city, options.facades, options.facades.keeps_named(false), options.seed);
     auto sampled = city.mesh.materials.cbegin();
     for (city::Mesh* part : parts) {
       const auto end = sampled + static_cast<std::ptrdiff_t>(part->materials.size());

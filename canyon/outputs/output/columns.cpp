@@ -685,7 +685,7 @@ std::string markdown(const Table& table) {
 TableRows::TableRows(TableKind kind, tracking::SignalOptions signal)
     : kind_(kind), signal_(std::move(signal)) {}
 
-void TableRows::each(const simulation::Epoch& epoch, void* to, Take take) {
+void TableRows::each(const simulation::Epoch& epoch, void* to, RowHandler take) {
   const receiver::ReceiverEpoch& seen = epoch.observed;
   const auto signal_row = [&](const receiver::SatelliteObservation& satellite,
                               const receiver::SignalObservation& signal, std::size_t index) {

@@ -110,7 +110,7 @@ struct Table {
 /// Makes one receiver's rows of a table, epoch after epoch in order of time.
 class TableRows {
  public:
-  using Take = void (*)(void* to, const Row& row);
+  using RowHandler = void (*)(void* to, const Row& row);
 
   /// @param signal of the receiver: strengths of paths are for its first tracked signal
   TableRows(TableKind kind, tracking::SignalOptions signal);
@@ -123,7 +123,7 @@ class TableRows {
   }
 
  private:
-  void each(const simulation::Epoch& epoch, void* to, Take take);
+  void each(const simulation::Epoch& epoch, void* to, RowHandler take);
 
   TableKind kind_;
   tracking::SignalOptions signal_;

@@ -62,11 +62,11 @@ ReceiverDescription describe_receiver(const simulation::ReceiverConfig& receiver
   return description;
 }
 
-std::vector<ReceiverDescription> describe_receivers(const simulation::LiveReceiver& receiver,
+std::vector<ReceiverDescription> describe_receivers(const simulation::ReceiverRunner& receiver,
                                                     double interval_s) {
-  const simulation::LiveConfig& config = receiver.config();
+  const simulation::RunnerConfig& config = receiver.config();
   const simulation::BuiltSky& sky = receiver.sky();
-  const auto errors = simulation::make_space_errors(config.sky, sky, config.seed);
+  const auto errors = simulation::make_range_errors(config.sky, sky, config.seed);
   const auto describe = [&](simulation::ReceiverConfig each) {
     simulation::decide_options(each.options, errors.get(), sky.sky.get());
     return describe_receiver(each, *sky.sky, sky.navigation, receiver.start(), interval_s);

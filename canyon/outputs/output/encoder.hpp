@@ -22,7 +22,7 @@
 #include "canyon/run/simulator.hpp"
 
 namespace canyon::simulation {
-class LiveReceiver;
+class ReceiverRunner;
 }
 
 namespace canyon::output {
@@ -54,8 +54,8 @@ struct ReceiverDescription {
                                                     const orbit::Sky& sky,
                                                     const gnss::NavigationData& navigation,
                                                     geodesy::GpsTime begin, double interval_s);
-/// Describes a host's receiver, followed by its base (LiveConfig::base()).
-[[nodiscard]] std::vector<ReceiverDescription> describe_receivers(const simulation::LiveReceiver& receiver,
+/// Describes a host's receiver, followed by its base (RunnerConfig::base()).
+[[nodiscard]] std::vector<ReceiverDescription> describe_receivers(const simulation::ReceiverRunner& receiver,
                                                                   double interval_s);
 /// Precondition: `receiver` is an index into simulation.scenario().receivers.
 [[nodiscard]] ReceiverDescription describe_receiver(const simulation::Simulation& simulation,
@@ -99,7 +99,7 @@ class Encoder {
   /// own output; empty: it gets those of encode(), like reader 0, whose commands configure encode().
   [[nodiscard]] virtual std::optional<std::string> encode_for_reader(std::uint64_t /*reader*/) { return {}; }
   /// The command by which a reader first configured its own output, since the last call; empty: none.
-  [[nodiscard]] std::string take_first_command() { return std::exchange(first_command_, {}); }
+  [[nodiscard]] std::string take_setup_command() { return std::exchange(first_command_, {}); }
   /// The rate that the other end requested since the last call, to be used after the response [baud].
   [[nodiscard]] std::optional<int> take_baud() { return std::exchange(baud_, {}); }
   /// Epochs of a base that the other end sent as RTCM 3 since the last call.

@@ -74,9 +74,9 @@ namespace canyon::output {
                                                           const tracking::SignalOptions& signal);
 
 /// Calls `take(satellite, view)` for each satellite of an epoch with known paths; no calls without `arrival`.
-template <typename Take>
+template <typename RowHandler>
 void for_each_view(const receiver::ReceiverEpoch& observed, const propagation::Arrival* arrival,
-                   const Take& take) {
+                   const RowHandler& take) {
   if (arrival == nullptr) return;
   auto satellite = observed.satellites.begin();
   const auto end = observed.satellites.end();

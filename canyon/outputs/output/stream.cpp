@@ -66,10 +66,10 @@ EncodedStream::EncodedStream(std::unique_ptr<Encoder> encoder, std::shared_ptr<t
   if (const std::string first = encoder_->begin(); !first.empty()) link_->transport().begin(first);
   listener_ = link_->listen([this](const transport::Received& received) {
     if (stations_) stations_->receive(received.reader, received.bytes);
-    const std::string answer = encoder_->receive(received.reader, received.bytes);
-    if (!answer.empty()) link_->transport().answer(received.reader, answer);
+    const std::string response = encoder_->receive(received.reader, received.bytes);
+    if (!response.empty()) link_->transport().send_to(received.reader, response);
     if (const auto baud = encoder_->take_baud()) link_->transport().set_baud(*baud);
-    if (const std::string command = encoder_->take_first_command(); !command.empty())
+    if (const std::string command = encoder_->take_setup_command(); !command.empty())
       link_->note(received.reader == 0
                       ? fmt::format("the other end configured its output: {}", command)
                       : fmt::format("client {} configured its own output: {}", received.reader, command));
@@ -151,7 +151,7 @@ void EncodedStream::wait_one_by_one(const Waiting& what, Clock::time_point due) 
 }
 
 void EncodedStream::send(const Waiting& what) {
-  for (const std::uint64_t reader : what.readers) link_->transport().answer(reader, what.bytes);
+  for (const std::uint64_t reader : what.readers) link_->transport().send_to(reader, what.bytes);
   if (!what.readers.empty()) return;
   for (std::string_view bytes = what.bytes; !bytes.empty();) {
     const std::size_t size = encoder_->datagram(bytes);
@@ -256,7 +256,7 @@ std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::si
                                          std::move(stations), std::move(now));
 }
 
-std::string apply_commands(EncodedStream& stream, simulation::LiveReceiver& receiver) {
+std::string apply_commands(EncodedStream& stream, simulation::ReceiverRunner& receiver) {
   if (auto came = stream.encoder().take_corrections(); !came.empty())
     receiver.set_corrections(std::move(came.back()));
   const auto kind = stream.encoder().take_restart();

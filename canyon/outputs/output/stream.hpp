@@ -129,7 +129,7 @@ class EncodedStream final : public simulation::EpochSink {
 
 /// Passes the data that the other end sent since the last call to a stream's receiver: the newest
 /// corrections, and a restart, as a fault. Returns a line for the log if there was a restart.
-[[nodiscard]] std::string apply_commands(EncodedStream& stream, simulation::LiveReceiver& receiver);
+[[nodiscard]] std::string apply_commands(EncodedStream& stream, simulation::ReceiverRunner& receiver);
 /// Index in `names` of the receiver that a request names. Throws InputError for an unknown receiver, and
 /// without a name if there are several.
 [[nodiscard]] std::size_t find_receiver(const StreamRequest& request, const std::vector<std::string>& names);

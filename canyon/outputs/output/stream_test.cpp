@@ -217,12 +217,12 @@ TEST(Stream, AClientSetsWhatItAloneGets) {
   const auto write = [&] { stream->write(epoch_at(++seconds)); };
   const auto logged = [&](const std::string& text) {
     talker.send_text(text);
-    std::string answer;
-    while (!answer.ends_with("COM1>")) {
+    std::string response;
+    while (!response.ends_with("COM1>")) {
       stream->serve();
-      answer += talker.read_some();
+      response += talker.read_some();
     }
-    return answer;
+    return response;
   };
   (void)logged("\n");
   write();

@@ -302,11 +302,11 @@ TEST(UbxDevice, AConnectionSetsWhatItAloneGets) {
   const std::string before = device->encode(ubx_epoch());
   (void)device->receive(1, ubx::frame(0x0601, Payload().u1(1).u1(7).bytes()));
   EXPECT_FALSE(device->encode_for_reader(1)) << "a poll sets nothing";
-  EXPECT_EQ(device->take_first_command(), "");
+  EXPECT_EQ(device->take_setup_command(), "");
   (void)device->receive(1, ubx::frame(0x068A, values(1, {{ubx::kOutputUbx, 0}})));
-  EXPECT_EQ(device->take_first_command(), "CFG 0x8A");
+  EXPECT_EQ(device->take_setup_command(), "CFG 0x8A");
   (void)device->receive(1, ubx::frame(0x068A, values(1, {{0x20910007, 0}})));
-  EXPECT_EQ(device->take_first_command(), "") << "told once";
+  EXPECT_EQ(device->take_setup_command(), "") << "told once";
   (void)device->receive(2, ubx::frame(0x0601, Payload().u1(1).u1(7).u1(0).bytes()));
   simulation::Epoch later = ubx_epoch();
   later.observed.time = later.observed.time + 1;

@@ -54,14 +54,14 @@ Probe::Probe(const simulation::Scenario& scenario, geodesy::GpsTime begin, doubl
   }
 }
 
-Probe::Question Probe::read(const Json& json) const {
+Probe::ProbeRequest Probe::read(const Json& json) const {
   if (json["type"] != "probe")
     throw InputError("the server has no such message type", "send \"type\": \"probe\"");
   if (json["version"] != output::kViewMessages) {
     throw InputError(fmt::format("the message is not of version {}", output::kViewMessages),
                      "reload the page; another version of canyon made it");
   }
-  Question question;
+  ProbeRequest question;
   const double receiver = number(json, "receiver", 0, static_cast<double>(receivers_.size()) - 1);
   if (receiver != std::floor(receiver))
     throw InputError(fmt::format("'receiver' is {}", receiver), "give a whole number");
@@ -77,11 +77,11 @@ Probe::Question Probe::read(const Json& json) const {
   return question;
 }
 
-std::string Probe::trace(const Question& question, std::optional<std::int64_t> id) {
-  simulation::LiveReceiver& receiver = receivers_[question.receiver];
+std::string Probe::trace(const ProbeRequest& question, std::optional<std::int64_t> id) {
+  simulation::ReceiverRunner& receiver = receivers_[question.receiver];
   receiver.restart();
   // It is upright at its own position.
-  simulation::LiveReceiver::Step step = receiver.observe(
+  simulation::ReceiverRunner::Step step = receiver.observe(
       {receiver.at(question.time_s), scene_->city.frame.geodetic_from_local(question.position)});
   step.epoch.arrival = &step.arrival;
 
@@ -97,7 +97,7 @@ std::string Probe::trace(const Question& question, std::optional<std::int64_t> i
       [this](const Eigen::Vector3d& ecef) { return scene_->city.frame.local_from_ecef(ecef); }, rows);
 }
 
-std::string Probe::answer(const std::string& message) {
+std::string Probe::handle_request(const std::string& message) {
   const std::optional<Json> json = Json::try_parse(message);
   const auto id = json ? id_of(*json) : std::nullopt;
   try {

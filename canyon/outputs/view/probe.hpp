@@ -19,7 +19,7 @@ namespace canyon::view {
 class Probe {
  public:
   /// @param scene the scenario's city
-  /// Throws InputError as simulation::LiveReceiver does.
+  /// Throws InputError as simulation::ReceiverRunner does.
   Probe(const simulation::Simulation& simulation, std::shared_ptr<simulation::CityScene> scene,
         std::size_t paths_per_satellite);
   /// From `begin` on. @param scenario whose receivers are those of the page
@@ -29,20 +29,20 @@ class Probe {
 
   /// Returns a message "epoch" for a message "probe", and a message "error" for an invalid one
   /// (docs/view-format.md).
-  [[nodiscard]] std::string answer(const std::string& message);
+  [[nodiscard]] std::string handle_request(const std::string& message);
 
  private:
-  struct Question {
+  struct ProbeRequest {
     std::size_t receiver = 0;
     double time_s = 0;
     Eigen::Vector3d position;
   };
-  [[nodiscard]] Question read(const Json& json) const;
-  [[nodiscard]] std::string trace(const Question& question, std::optional<std::int64_t> id);
+  [[nodiscard]] ProbeRequest read(const Json& json) const;
+  [[nodiscard]] std::string trace(const ProbeRequest& question, std::optional<std::int64_t> id);
 
   std::shared_ptr<simulation::CityScene> scene_;
   std::size_t paths_per_satellite_;
-  simulation::Run receivers_;  // each evaluated alone
+  simulation::ReceiverGroup receivers_;  // each evaluated alone
   double last_s_;
   /// By the city and its origin.
   Eigen::Vector3d low_ = Eigen::Vector3d::Zero(), high_ = Eigen::Vector3d::Zero();

@@ -108,7 +108,9 @@ class ProbeTest : public testing::Test {
     simulation_ = std::make_unique<simulation::Simulation>(scenario(), scene_);
     probe_ = std::make_unique<Probe>(*simulation_, scene_, 12);
   }
-  [[nodiscard]] Json submit(const Json& question) { return Json::parse(probe_->answer(question.dump())); }
+  [[nodiscard]] Json submit(const Json& question) {
+    return Json::parse(probe_->handle_request(question.dump()));
+  }
   static Json question(const Eigen::Vector3d& point, double time_s = 0, int receiver = 0) {
     return {
         {"type", "probe"},  {"version", 1},
@@ -128,15 +130,15 @@ TEST_F(ProbeTest, IsTheFirstEpochOfAReceiverThere) {
   ASSERT_EQ(run.positions.size(), 2U);
   for (int receiver = 0; receiver < 2; ++receiver) {
     const auto r = static_cast<std::size_t>(receiver);
-    const Json answer = submit(question(run.positions[r], 0, receiver));
-    EXPECT_EQ(answer["type"], "epoch");
-    EXPECT_EQ(answer["version"], 1);
-    EXPECT_EQ(answer["id"], 7);
-    EXPECT_EQ(answer["receiver"], receiver == 0 ? "plain" : "m8t");
-    EXPECT_EQ(answer["skyline"].size(), 120U);
-    EXPECT_EQ(answer["satellites"], run.messages[r]["satellites"]);
-    EXPECT_GT(answer["satellites"].size(), 8U);
-    const auto got = columns_of(unpacked(answer["chunk"]));
+    const Json response = submit(question(run.positions[r], 0, receiver));
+    EXPECT_EQ(response["type"], "epoch");
+    EXPECT_EQ(response["version"], 1);
+    EXPECT_EQ(response["id"], 7);
+    EXPECT_EQ(response["receiver"], receiver == 0 ? "plain" : "m8t");
+    EXPECT_EQ(response["skyline"].size(), 120U);
+    EXPECT_EQ(response["satellites"], run.messages[r]["satellites"]);
+    EXPECT_GT(response["satellites"].size(), 8U);
+    const auto got = columns_of(unpacked(response["chunk"]));
     const auto expected = columns_of(unpacked(run.messages[r]["chunk"]));
     ASSERT_EQ(got.size(), expected.size());
     for (const auto& [name, values] : expected) {
@@ -178,10 +180,10 @@ TEST_F(ProbeTest, AnswersTheSameAgainAndSaysWhereAnAntennaCannotBe) {
 
 TEST_F(ProbeTest, SaysInOneMessageWhatIsWrong) {
   const auto complaint = [&](const std::string& message) {
-    const Json answer = Json::parse(probe_->answer(message));
-    EXPECT_EQ(answer["type"], "error") << message;
-    EXPECT_EQ(answer["version"], 1);
-    return answer["message"].get<std::string>();
+    const Json response = Json::parse(probe_->handle_request(message));
+    EXPECT_EQ(response["type"], "error") << message;
+    EXPECT_EQ(response["version"], 1);
+    return response["message"].get<std::string>();
   };
   const auto changed = [&](const char* key, const Json& value) {
     Json json = question({38, 38, 1.5});
@@ -212,7 +214,7 @@ TEST_F(ProbeTest, SaysInOneMessageWhatIsWrong) {
   EXPECT_THAT(complaint(posed("up_m", nullptr)), HasSubstr("'up_m' is not a number"));
   EXPECT_THAT(complaint(posed("north_m", 1e6)), HasSubstr("'north_m' is 1000000"));
   EXPECT_THAT(complaint(posed("east_m", "here")), HasSubstr("'east_m' is not a number"));
-  EXPECT_EQ(Json::parse(probe_->answer(changed("time_s", 99)))["id"], 7);
+  EXPECT_EQ(Json::parse(probe_->handle_request(changed("time_s", 99)))["id"], 7);
   EXPECT_EQ(submit(question({38, 38, 1.5}))["type"], "epoch");  // and continues
 }
 
@@ -220,16 +222,16 @@ TEST_F(ProbeTest, SaysInOneMessageWhatIsWrong) {
 TEST_F(ProbeTest, TracesARunWhoseEndNobodyKnows) {
   const auto live = std::make_unique<Probe>(simulation_->scenario(), simulation_->begin(), 1.0, scene_, 12);
   const std::string at_5 = question({38, 38, 1.5}, 5, 1).dump();
-  EXPECT_EQ(live->answer(at_5), probe_->answer(at_5));
-  EXPECT_EQ(Json::parse(live->answer(question({38, 38, 1.5}, 10'000).dump()))["type"], "epoch");
-  EXPECT_EQ(Json::parse(live->answer(question({38, 38, 1.5}, 1e300).dump()))["type"], "error");
+  EXPECT_EQ(live->handle_request(at_5), probe_->handle_request(at_5));
+  EXPECT_EQ(Json::parse(live->handle_request(question({38, 38, 1.5}, 10'000).dump()))["type"], "epoch");
+  EXPECT_EQ(Json::parse(live->handle_request(question({38, 38, 1.5}, 1e300).dump()))["type"], "error");
 }
 
 TEST(NoProbe, SaysWhy) {
-  const Json answer = Json::parse(no_probe(R"({"type":"probe","id":3})", "no scenario"));
-  EXPECT_EQ(answer["type"], "error");
-  EXPECT_EQ(answer["id"], 3);
-  EXPECT_EQ(answer["message"], "no scenario");
+  const Json response = Json::parse(no_probe(R"({"type":"probe","id":3})", "no scenario"));
+  EXPECT_EQ(response["type"], "error");
+  EXPECT_EQ(response["id"], 3);
+  EXPECT_EQ(response["message"], "no scenario");
   EXPECT_EQ(Json::parse(no_probe("\xff", "no scenario"))["type"], "error");
 }
 

@@ -110,7 +110,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
 
   /// @param must it is never dropped: an answer, or the greeting
   /// @param answer the next message is read once it is sent
-  void send(Text text, bool must, bool answer = false) {
+  void send(Text text, bool must, bool response = false) {
     if (!must && waiting_.size() >= shared_->options.max_queued) {
       // The first may be on its way.
       const auto oldest =
@@ -119,7 +119,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
       ++shared_->dropped;
       if (waiting_.size() >= shared_->options.max_queued) return;
     }
-    waiting_.push_back({std::move(text), must, answer});
+    waiting_.push_back({std::move(text), must, response});
     if (waiting_.size() == 1) write();
   }
   /// Nothing waits to be sent.
@@ -128,7 +128,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
  private:
   struct Waiting {
     Text text;
-    bool must = false, answer = false;
+    bool must = false, response = false;
   };
 
   void read() {
@@ -143,18 +143,18 @@ class Socket : public std::enable_shared_from_this<Socket> {
   /// The next message is read when the answer to this one is taken: who asks without end waits in line, and
   /// who takes no answer gets no more.
   void submit(std::string message) {
-    if (!shared_->site.answer) return read();
+    if (!shared_->site.handle_message) return read();
     asio::post(*shared_->work, [self = shared_from_this(), message = std::move(message)]() mutable {
-      std::string answer;
+      std::string response;
       try {
-        answer = self->shared_->site.answer(message);
+        response = self->shared_->site.handle_message(message);
       } catch (const std::exception&) {  // what is wrong with a message is its answer's to say
       }
       // Handed back whole, since a connection's data belong to the server's thread.
       const auto home = self->stream_.get_executor();
-      asio::post(home, [self = std::move(self), answer = std::move(answer)]() mutable {
-        if (answer.empty()) return self->read();
-        self->send(std::make_shared<const std::string>(std::move(answer)), true, true);
+      asio::post(home, [self = std::move(self), response = std::move(response)]() mutable {
+        if (response.empty()) return self->read();
+        self->send(std::make_shared<const std::string>(std::move(response)), true, true);
       });
     });
   }
@@ -164,7 +164,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
     stream_.async_write(asio::buffer(*waiting_.front().text),
                         [self = shared_from_this()](error_code error, std::size_t) {
                           if (error) return self->leave();
-                          const bool answered = self->waiting_.front().answer;
+                          const bool answered = self->waiting_.front().response;
                           self->waiting_.pop_front();
                           if (!self->waiting_.empty()) self->write();
                           if (answered) self->read();
@@ -421,9 +421,9 @@ bool Server::flush(std::chrono::milliseconds maximum) {
                        [](const Socket* s) { return s->idle(); });
   };
   for (;;) {
-    std::promise<bool> answer;
-    asio::post(impl_->io, [&] { answer.set_value(idle()); });
-    if (answer.get_future().get()) return true;
+    std::promise<bool> result;
+    asio::post(impl_->io, [&] { result.set_value(idle()); });
+    if (result.get_future().get()) return true;
     if (std::chrono::steady_clock::now() >= until) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }

@@ -31,7 +31,7 @@ struct ServedSite {
   std::filesystem::path folder;  ///< its plain files under "/view/NAME"; nothing below it, and no links
   /// Returns the response to a WebSocket message; called on a separate thread, one message at a time. If the
   /// function or the response is empty, nothing is sent.
-  std::function<std::string(const std::string& message)> answer = {};
+  std::function<std::string(const std::string& message)> handle_message = {};
 };
 
 /// HTTP and WebSocket for pages of this machine: 127.0.0.1 only, and only requests whose Host (and Origin, if

@@ -63,7 +63,7 @@ std::string host(const Server& server) {
 }
 
 /// The response to a request with these lines and the server's own host.
-std::string answer(const Server& server, const std::string& first_line, const std::string& more = "") {
+std::string response(const Server& server, const std::string& first_line, const std::string& more = "") {
   Client client(server);
   client.write(first_line + " HTTP/1.1\r\n" + host(server) + "Connection: close\r\n" + more + "\r\n");
   return client.rest();
@@ -112,7 +112,7 @@ TEST(ServedName, LeadsNowhereElse) {
 TEST_F(ServerTest, GivesThePageAndTheFolderWithAPolicyThatLetsNothingIn) {
   const Server server(site());
   EXPECT_EQ(server.address(), "http://127.0.0.1:" + std::to_string(server.port()) + "/");
-  const std::string page = answer(server, "GET /");
+  const std::string page = response(server, "GET /");
   EXPECT_THAT(page, StartsWith("HTTP/1.1 200 OK\r\n"));
   EXPECT_THAT(page, HasSubstr("\r\n\r\n<!doctype html>a page"));
   EXPECT_THAT(page, HasSubstr("Content-Security-Policy: default-src 'none';"));
@@ -120,9 +120,9 @@ TEST_F(ServerTest, GivesThePageAndTheFolderWithAPolicyThatLetsNothingIn) {
   EXPECT_THAT(page, HasSubstr("X-Content-Type-Options: nosniff"));
   EXPECT_THAT(page, Not(HasSubstr("http:")));  // no external source
   EXPECT_THAT(page, Not(HasSubstr("https:")));
-  EXPECT_THAT(answer(server, "GET /view/view.json"), HasSubstr("\r\n\r\n{\"format\":\"canyon view\"}"));
-  EXPECT_THAT(answer(server, "GET /view/view.json?again"), StartsWith("HTTP/1.1 200"));
-  const std::string head = answer(server, "HEAD /view/view.json");
+  EXPECT_THAT(response(server, "GET /view/view.json"), HasSubstr("\r\n\r\n{\"format\":\"canyon view\"}"));
+  EXPECT_THAT(response(server, "GET /view/view.json?again"), StartsWith("HTTP/1.1 200"));
+  const std::string head = response(server, "HEAD /view/view.json");
   EXPECT_THAT(head, HasSubstr("Content-Length: 24"));
   EXPECT_THAT(head, testing::EndsWith("\r\n\r\n"));
 }
@@ -133,7 +133,7 @@ TEST_F(ServerTest, RefusesWhatLiesOutsideItsFolder) {
        {"/view/../outside.json", "/view/%2e%2e/outside.json", "/view/..%2foutside.json", "/view/link.json",
         "/view/below/deep.json", "/view/below", "/view/", "/view//etc/passwd", "/etc/passwd", "//etc/passwd",
         "/view/absent.json", "http://127.0.0.1/outside.json"}) {
-    const std::string text = answer(server, std::string("GET ") + target);
+    const std::string text = response(server, std::string("GET ") + target);
     EXPECT_THAT(text, StartsWith("HTTP/1.1 404")) << target;
     EXPECT_THAT(text, Not(HasSubstr("secret"))) << target;
   }
@@ -165,8 +165,8 @@ TEST_F(ServerTest, RefusesOtherHostsAndOrigins) {
 
 TEST_F(ServerTest, RefusesOtherMethodsBodiesLongHeadersAndGarbage) {
   const Server server(site());
-  EXPECT_THAT(answer(server, "POST /"), StartsWith("HTTP/1.1 405"));
-  EXPECT_THAT(answer(server, "DELETE /view/view.json"), StartsWith("HTTP/1.1 405"));
+  EXPECT_THAT(response(server, "POST /"), StartsWith("HTTP/1.1 405"));
+  EXPECT_THAT(response(server, "DELETE /view/view.json"), StartsWith("HTTP/1.1 405"));
   for (const std::string& bytes :
        {"POST / HTTP/1.1\r\n" + host(server) + "Content-Length: 4\r\n\r\nbody",
         "GET / HTTP/1.1\r\n" + host(server) + "X-Long: " + std::string(9000, 'x') + "\r\n\r\n",
@@ -178,7 +178,7 @@ TEST_F(ServerTest, RefusesOtherMethodsBodiesLongHeadersAndGarbage) {
     EXPECT_TRUE(client.closed);
     EXPECT_THAT(text, Not(HasSubstr("200 OK")));
   }
-  EXPECT_THAT(answer(server, "GET /"), StartsWith("HTTP/1.1 200"));  // and continues
+  EXPECT_THAT(response(server, "GET /"), StartsWith("HTTP/1.1 200"));  // and continues
 }
 
 TEST_F(ServerTest, BoundsItsClients) {
@@ -190,7 +190,7 @@ TEST_F(ServerTest, BoundsItsClients) {
   Client second(server);
   ASSERT_TRUE(comes_true([&] { return server.clients() == 2; }));
   // Idle connections do not lock out others.
-  EXPECT_THAT(answer(server, "GET /"), StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(response(server, "GET /"), StartsWith("HTTP/1.1 200"));
   EXPECT_EQ(first.rest(), "");
   EXPECT_TRUE(first.closed);
   ASSERT_TRUE(comes_true([&] { return server.clients() == 1; }));
@@ -222,7 +222,7 @@ TEST_F(ServerTest, LetsStalledClientsGoAndServesOthersMeanwhile) {
   Client silent(server), half(server), unread(server);
   half.write("GET / HTTP/1.1\r\nHo");
   unread.write("GET /view/large.bin HTTP/1.1\r\n" + host(server) + "\r\n");
-  EXPECT_THAT(answer(server, "GET /"), StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(response(server, "GET /"), StartsWith("HTTP/1.1 200"));
   EXPECT_TRUE(comes_true([&] { return server.clients() == 0; }));
   EXPECT_EQ(silent.rest(), "");
   EXPECT_TRUE(silent.closed);
@@ -252,14 +252,14 @@ TEST_F(ServerTest, TakesNoWebSocketOfAnotherOrigin) {
   EXPECT_TRUE(Listener(server, "http://evil.example").error);
   EXPECT_TRUE(Listener(server, "null").error);
   EXPECT_FALSE(Listener(server).error);
-  EXPECT_THAT(answer(server, "GET /view/view.json", "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"),
+  EXPECT_THAT(response(server, "GET /view/view.json", "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"),
               StartsWith("HTTP/1.1 200"));  // no upgrade without Connection: upgrade
 }
 
 TEST_F(ServerTest, AsksNoMoreForAClientThatTakesNoAnswer) {
   std::atomic<int> requested{0};
   ServedSite large = site();
-  large.answer = [&](const std::string&) {
+  large.handle_message = [&](const std::string&) {
     ++requested;
     return std::string(1 << 20, 'x');
   };

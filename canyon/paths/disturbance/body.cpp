@@ -30,7 +30,7 @@ struct Outline {
 };
 
 /// Around an edge that crosses the ray at `t` ahead.
-double over_excess(const Sight& ray, double t, double height) {
+double over_excess(const SightLine& ray, double t, double height) {
   const double h = height - ray.from.z();
   return std::max(0.0, std::hypot(t, h) - (t * ray.cosine + h * ray.sine));
 }
@@ -62,7 +62,7 @@ struct Cover {
 };
 
 /// X Y of a screen; empty if the screen has no effect.
-std::optional<Cover> cover(const Sight& ray, const Outline& o, double wavelength) {
+std::optional<Cover> cover(const SightLine& ray, const Outline& o, double wavelength) {
   const double begin = ray.height(std::max(0.0, o.near)), end = ray.height(o.far);
   const double lowest = std::min(begin, end), highest = std::max(begin, end);
   Span up{}, across{};
@@ -124,7 +124,7 @@ Complex edge_field(double nu) {
   return nu < 0 ? 1.0 - field : field;
 }
 
-Sight::Sight(const Vector3d& antenna, const Vector3d& arrival, double leg_m) : from(antenna) {
+SightLine::SightLine(const Vector3d& antenna, const Vector3d& arrival, double leg_m) : from(antenna) {
   const double horizontal = arrival.head<2>().norm();
   along = horizontal > 0 ? Vector2d(arrival.head<2>() / horizontal) : Vector2d::UnitX();
   cosine = std::max(horizontal, 1e-9);
@@ -133,7 +133,7 @@ Sight::Sight(const Vector3d& antenna, const Vector3d& arrival, double leg_m) : f
   ahead_m = leg_m * cosine;
 }
 
-Blockage blockage(const Body& body, const Sight& ray, double wavelength_m) {
+Blockage blockage(const Body& body, const SightLine& ray, double wavelength_m) {
   if (body.kind == Body::Kind::Crown) return {};
   // Most bodies are far from most rays: nu^2 = 2 w^2 / (lambda r) of an edge w off a ray at the range r.
   const Vector2d to_centre = body.centre - ray.from.head<2>();
@@ -206,7 +206,7 @@ std::optional<propagation::Path> side_reflection(const Body& body, int side, con
 
   Vector3d image = antenna;
   image.head<2>() -= 2 * distance * normal;
-  const Sight ray(image, satellite);
+  const SightLine ray(image, satellite);
   const Vector2d middle = body.centre + depth * normal - image.head<2>();
   const Vector2d across = half * Vector2d(-normal.y(), normal.x());
   const auto seen = [&](const Vector2d& corner) {

@@ -12,11 +12,11 @@ namespace canyon::disturbance {
 using propagation::Body;
 
 /// A ray from an antenna towards the source of a signal, and the vertical plane that contains the ray.
-struct Sight {
+struct SightLine {
   /// @param arrival unit vector from the antenna
   /// @param leg_m to the reflector of the signal, infinite for a satellite: bodies beyond it have no effect
-  Sight(const Eigen::Vector3d& antenna, const Eigen::Vector3d& arrival,
-        double leg_m = std::numeric_limits<double>::infinity());
+  SightLine(const Eigen::Vector3d& antenna, const Eigen::Vector3d& arrival,
+            double leg_m = std::numeric_limits<double>::infinity());
   [[nodiscard]] double height(double along_m) const { return from.z() + along_m * slope; }
 
   Eigen::Vector3d from;
@@ -42,7 +42,7 @@ struct Blockage {
 /// Babinet's principle, the field that 3GPP TR 38.901 7.6.4.2 (blockage model B) approximates. The edges of
 /// the screen are the outline of the box as seen from the antenna, each at its own distance. Factors of
 /// several bodies multiply. Kind::Crown has no effect here, see crown_depth_m().
-[[nodiscard]] Blockage blockage(const Body& body, const Sight& sight, double wavelength_m);
+[[nodiscard]] Blockage blockage(const Body& body, const SightLine& sight, double wavelength_m);
 
 /// Length of a ray inside the crown of a tree [m].
 [[nodiscard]] double crown_depth_m(const Body& body, const Eigen::Vector3d& antenna,

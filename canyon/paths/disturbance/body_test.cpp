@@ -48,7 +48,7 @@ Vector3d towards(double azimuth_deg, double elevation_deg) {
 
 Blockage blockage(const Body& body, const Vector3d& antenna, const Vector3d& arrival, double leg_m,
                   double wavelength_m) {
-  return disturbance::blockage(body, Sight(antenna, arrival, leg_m), wavelength_m);
+  return disturbance::blockage(body, SightLine(antenna, arrival, leg_m), wavelength_m);
 }
 
 double loss_db(const Blockage& shade) {

@@ -264,7 +264,7 @@ void Streets::pass(const Vector3d& antenna, propagation::SatelliteView& view, co
     const bool from_satellite = path.kind == PathKind::Direct;
     const double leg_m =
         from_satellite ? std::numeric_limits<double>::infinity() : (path.point - antenna).norm();
-    const Sight sight(antenna, path.arrival, leg_m);
+    const SightLine sight(antenna, path.arrival, leg_m);
     double left = 1, detour_m = 0;
     std::uint64_t cut_by = 0;
     for (const Body& body : bodies_) {

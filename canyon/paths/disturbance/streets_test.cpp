@@ -52,7 +52,7 @@ Road corner() {
 
 Blockage blockage(const Body& body, const Vector3d& antenna, const Vector3d& arrival, double leg_m,
                   double wavelength_m) {
-  return disturbance::blockage(body, Sight(antenna, arrival, leg_m), wavelength_m);
+  return disturbance::blockage(body, SightLine(antenna, arrival, leg_m), wavelength_m);
 }
 
 TEST(Road, TellsWayAndDirection) {

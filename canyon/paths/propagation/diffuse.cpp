@@ -382,7 +382,7 @@ DiffuseScattering::DiffuseScattering(const city::Mesh& city, const raytrace::Ray
   impl_ = std::make_shared<const Impl>(city, scene, options, seed);
 }
 
-Vector3d DiffuseScattering::glint(const Path& path) const {
+Vector3d DiffuseScattering::scattering_offset(const Path& path) const {
   constexpr double kOfEdges = 0.4;
   const double sigma = impl_->options.glint_sigma * (path.kind == PathKind::Diffracted ? kOfEdges : 1);
   const std::uint64_t bits = impl_->piece(path.reflector, path.instance, path.point);

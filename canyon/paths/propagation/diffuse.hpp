@@ -72,7 +72,7 @@ class DiffuseScattering {
              std::span<const bool> wanted, std::span<std::vector<DiffusePath>> result) const;
 
   /// Path::glint of a Reflected or Diffracted path over a building or a vehicle.
-  [[nodiscard]] Eigen::Vector3d glint(const Path& path) const;
+  [[nodiscard]] Eigen::Vector3d scattering_offset(const Path& path) const;
 
  private:
   struct Impl;

@@ -95,7 +95,7 @@ struct Path : PathGeometry {
   /// From `arrival` to the direction of the scattering centre on a rough facade or edge: a pane, a frame, a
   /// balcony. It is fixed while the antenna passes, which changes the rate of the carrier
   /// (tracking::path_rate_mps). 0 for ideal planes and edges.
-  Eigen::Vector3d glint = Eigen::Vector3d::Zero();
+  Eigen::Vector3d scattering_offset = Eigen::Vector3d::Zero();
   /// Mean power [1] relative to the unobstructed line of sight at isotropic antennas (Diffuse only); the
   /// instantaneous power has Rayleigh fading.
   double scattered_power = 0;
@@ -252,7 +252,7 @@ struct SatelliteView {
   /// of other carriers scale with the inverse of their frequency, as in phase scintillation.
   double carrier_phase_offset_rad = 0, carrier_phase_rate_radps = 0;
   /// Range errors of the signals in space; empty: none except those of broadcast orbits, clocks and models.
-  std::optional<errors::SpaceDelays> space{};
+  std::optional<errors::RangeErrors> space{};
 
   /// Angular rate of the satellite's direction in Earth-fixed axes [rad/s].
   [[nodiscard]] double direction_rate_radps() const {

@@ -28,13 +28,13 @@ constexpr double kMinCosine = 1e-6;
 constexpr double kSameSatellite = 2e-3;
 
 /// Properties of the triangle that reflects or diffracts a path.
-struct Skin {
+struct SurfaceAttributes {
   city::Material material = city::Material::Unknown;
   city::Surface surface = city::Surface::Building;
 };
 
-std::vector<Skin> skins_of(const city::Mesh& mesh) {
-  std::vector<Skin> skins(mesh.triangles.size());
+std::vector<SurfaceAttributes> skins_of(const city::Mesh& mesh) {
+  std::vector<SurfaceAttributes> skins(mesh.triangles.size());
   for (const city::Object& object : mesh.objects)
     for (std::uint32_t t = object.first_triangle; t < object.first_triangle + object.triangle_count; ++t)
       skins[t] = {mesh.materials[t], object.surface};
@@ -66,7 +66,7 @@ std::vector<std::uint32_t> planes_of(const city::Mesh& mesh) {
 
 /// Structures that are built once per mesh, those that the options need.
 struct Prepared {
-  std::vector<Skin> skins;
+  std::vector<SurfaceAttributes> skins;
   std::vector<std::uint32_t> planes;
   FacetSet facets;
   BeamIndex beams;
@@ -287,7 +287,7 @@ struct Propagator::Impl {
 
   void add_material(const PropagationScratch& s, raytrace::InstanceId instance, std::uint32_t triangle,
                     Incidence& incidence) const {
-    const Skin& skin = s.prepared(instance).skins[triangle];
+    const SurfaceAttributes& skin = s.prepared(instance).skins[triangle];
     incidence.material = skin.material;
     // The ground does not scatter (DiffuseScattering).
     if (skin.surface != city::Surface::Terrain) incidence.specular_factor = specular_factor;
@@ -320,7 +320,7 @@ struct Propagator::Impl {
     const bool ground =
         path.incidence_count > 0 &&
         path.incidences[static_cast<std::size_t>(path.incidence_count) - 1].specular_factor == 1;
-    if (diffuse && !ground) path.glint = diffuse->glint(path);
+    if (diffuse && !ground) path.scattering_offset = diffuse->scattering_offset(path);
   }
 
   void add_reflections(const Vector3d& antenna, std::span<const Vector3d> directions, int order,
@@ -417,9 +417,9 @@ struct Propagator::Impl {
   }
 
   /// In this thread's memory, unordered.
-  [[nodiscard]] std::span<SatellitePaths> trace_near(const Vector3d& antenna,
-                                                     std::span<const Vector3d> directions,
-                                                     std::span<const KnownEdge> edges) const {
+  [[nodiscard]] std::span<SatellitePaths> trace_first_order(const Vector3d& antenna,
+                                                            std::span<const Vector3d> directions,
+                                                            std::span<const KnownEdge> edges) const {
     assert(options.model == Model::Specular);
     PropagationScratch& s = propagation_scratch();
     const std::span<SatellitePaths> found = lists(s.paths, directions.size());
@@ -504,9 +504,9 @@ void Propagator::trace(const Vector3d& antenna, std::span<const Vector3d> direct
   take(found, result);
 }
 
-void Propagator::trace_near(const Vector3d& antenna, std::span<const Vector3d> directions,
-                            std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const {
-  take(impl_->trace_near(antenna, directions, edges), result);
+void Propagator::trace_first_order(const Vector3d& antenna, std::span<const Vector3d> directions,
+                                   std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const {
+  take(impl_->trace_first_order(antenna, directions, edges), result);
 }
 
 bool Propagator::retrace(const Vector3d& antenna, std::span<const Vector3d> directions,
@@ -523,7 +523,7 @@ bool Propagator::retrace(const Vector3d& antenna, std::span<const Vector3d> dire
   const std::vector<raytrace::PosedInstance> now = impl_->instances_about(traced.antenna);
   if (!std::equal(now.begin(), now.end(), traced.instances.begin(), traced.instances.end(), is_stationary))
     return false;
-  const std::span<SatellitePaths> found = impl_->trace_near(antenna, directions, traced.edges);
+  const std::span<SatellitePaths> found = impl_->trace_first_order(antenna, directions, traced.edges);
   for (const FarPath& far : traced.far) {
     const auto path =
         far.seen_from(antenna, directions[far.satellite], traced.antenna, traced.directions[far.satellite]);

@@ -116,10 +116,10 @@ class Propagator {
   /// The paths of trace() that change from step to step: direct ones, reflections of the first order, and
   /// those around the edges in `edges` (nearby points mostly have the same edges). Each path is as in
   /// trace(). Omits reflections of the second order and diffuse paths, which cost most. Specular (asserted).
-  void trace_near(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
-                  std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const;
-  /// As trace_near(), plus the far paths of a nearby point (FarPath::seen_from()). Returns false and does
-  /// nothing if its satellites differ, or an instance in reach has moved.
+  void trace_first_order(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
+                         std::span<const KnownEdge> edges, std::span<SatellitePaths> result) const;
+  /// As trace_first_order(), plus the far paths of a nearby point (FarPath::seen_from()). Returns false and
+  /// does nothing if its satellites differ, or an instance in reach has moved.
   [[nodiscard]] bool retrace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
                              const TracedPoint& traced, std::span<SatellitePaths> result) const;
   /// Whether retrace() may be called and costs less than trace().

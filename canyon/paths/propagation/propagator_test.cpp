@@ -431,20 +431,21 @@ TEST(RoughWall, HasSomethingThatLeadsBesideTheMirrorsPoint) {
       for (const Path& path : paths->paths) {
         if (path.kind != PathKind::Reflected || path.order != 1) continue;
         if (path.arrival.z() < 0) {
-          EXPECT_EQ(path.glint, Vector3d::Zero()) << "the ground";
+          EXPECT_EQ(path.scattering_offset, Vector3d::Zero()) << "the ground";
           continue;
         }
-        EXPECT_NEAR(path.glint.dot(path.arrival), 0, 1e-12);
+        EXPECT_NEAR(path.scattering_offset.dot(path.arrival), 0, 1e-12);
         if (before != nullptr) {
-          stayed += (path.glint - before->glint).norm() < 1e-3 ? 1 : 0;
+          stayed += (path.scattering_offset - before->scattering_offset).norm() < 1e-3 ? 1 : 0;
         } else {
-          squares += path.glint.squaredNorm() / 2;
+          squares += path.scattering_offset.squaredNorm() / 2;
           ++pieces;
         }
         before = &path;
       }
     }
-    for (const Path& path : flat.trace({x, 11, 2}, s).paths) EXPECT_EQ(path.glint, Vector3d::Zero());
+    for (const Path& path : flat.trace({x, 11, 2}, s).paths)
+      EXPECT_EQ(path.scattering_offset, Vector3d::Zero());
   }
   ASSERT_GE(pieces, 1'000);
   EXPECT_NEAR(std::sqrt(squares / pieces), 0.25, 0.02);

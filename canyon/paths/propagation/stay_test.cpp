@@ -67,13 +67,13 @@ Counts drive(const city::Mesh& mesh, const Vector3d& from, const Vector3d& step,
   return counts;
 }
 
-TEST(Stay, AntennasInStreetsKeepTheirPaths) {
+TEST(StationaryWindow, AntennasInStreetsKeepTheirPaths) {
   const Counts counts = drive(city::synthetic_city({}).mesh, {-60, 0.3, 2}, {0.4, 0.01, 0.001}, 150);
   EXPECT_GT(counts.reflected_twice, 500);
   EXPECT_GT(counts.diffracted, 500);
 }
 
-TEST(Stay, AntennasBesideMirrorsOfEveryTiltKeepTheirPaths) {
+TEST(StationaryWindow, AntennasBesideMirrorsOfEveryTiltKeepTheirPaths) {
   city::Mesh mesh;
   canyon::test::append_box(mesh, "ground", city::Surface::Terrain, city::Material::Ground, {-100, -100, -1},
                            {100, 100, 0});

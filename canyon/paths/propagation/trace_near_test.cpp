@@ -29,8 +29,8 @@ std::vector<Eigen::Vector3d> thirty_directions(double rotated_rad = 0) {
   return directions;
 }
 
-// With the edges of the point itself, equals Propagator::trace() without the paths that trace_near() omits:
-// the same numbers.
+// With the edges of the point itself, equals Propagator::trace() without the paths that trace_first_order()
+// omits: the same numbers.
 TEST(Propagator, TraceNearGivesWhatTraceFinds) {
   city::City city = city::synthetic_city({});
   canyon::test::append_box(city.mesh, "hedge", city::Surface::Foliage, city::Material::Foliage, {-50, -3, 0},
@@ -47,7 +47,7 @@ TEST(Propagator, TraceNearGivesWhatTraceFinds) {
   for (double along = -200; along < 200; along += 7) {
     const Eigen::Vector3d antenna(along, 0.3, 2);
     propagator.trace(antenna, sky, all, &traced);
-    propagator.trace_near(antenna, sky, traced.edges, near);
+    propagator.trace_first_order(antenna, sky, traced.edges, near);
     for (std::size_t i = 0; i < sky.size(); ++i) {
       std::vector<Path> expected;
       std::copy_if(all[i].paths.begin(), all[i].paths.end(), std::back_inserter(expected), is_near);
@@ -68,7 +68,7 @@ TEST(Propagator, TraceNearGivesWhatTraceFinds) {
   EXPECT_GT(bent, 100U);
   EXPECT_GT(others, 100U);
   // Without edges no path is diffracted.
-  propagator.trace_near({0, 0.3, 2}, sky, {}, near);
+  propagator.trace_first_order({0, 0.3, 2}, sky, {}, near);
   for (const SatellitePaths& satellite : near) {
     for (const Path& path : satellite.paths) EXPECT_NE(path.kind, PathKind::Diffracted);
   }

@@ -56,7 +56,7 @@ int main(int argc, char** argv) {
   const double s = argc > 2 ? std::atof(argv[2]) : 0.4;
   if (mix == "thermally_efficient") facades.mix = canyon::city::FacadeMix::ThermallyEfficient;
   if (mix == "traditional") facades.mix = canyon::city::FacadeMix::Traditional;
-  fmt::print("{}; {}\n", bench.city.name, canyon::city::dress_facades(bench.city, facades, false, 1));
+  fmt::print("{}; {}\n", bench.city.name, canyon::city::assign_facades(bench.city, facades, false, 1));
   const Mesh& mesh = bench.city.mesh;
   std::vector<canyon::city::Surface> surfaces(mesh.triangles.size());
   for (const auto& object : mesh.objects)

@@ -92,8 +92,8 @@ bool Update::take(const FilterRow& row, double gate_sigmas) {
   return true;
 }
 
-void state_accuracy(FilterState& filter, std::span<AcceptedRow> taken, double excess,
-                    const PositionFilterOptions& options) {
+void report_accuracy(FilterState& filter, std::span<AcceptedRow> taken, double excess,
+                     const PositionFilterOptions& options) {
   const double lasting = options.error_correlation_s > 0 ? excess : 0;
   const double lasting_corrected = std::max(0.0, lasting - 1);
   StateMatrix& s = filter.reported_covariance;
@@ -110,13 +110,14 @@ void state_accuracy(FilterState& filter, std::span<AcceptedRow> taken, double ex
     if (row.satellite) {
       fractions += row.fraction * row.fraction;
       ++pseudoranges;
-      const auto at = std::find_if(filter.lasting.begin(), filter.lasting.end(),
-                                   [&row](const Lasting& l) { return l.satellite == *row.satellite; });
+      const auto at =
+          std::find_if(filter.lasting.begin(), filter.lasting.end(),
+                       [&row](const CorrelatedError& l) { return l.satellite == *row.satellite; });
       each.lasting = static_cast<std::size_t>(at - filter.lasting.begin());
       each.lasting_sigma = unit * std::sqrt(row.fraction < 1 ? lasting_corrected : lasting);
       if (at == filter.lasting.end())
         filter.lasting.push_back({*row.satellite, StateVector::Zero(), filter.time});
-      Lasting& error = filter.lasting[each.lasting];
+      CorrelatedError& error = filter.lasting[each.lasting];
       error.taken = filter.time;
       const StateVector covariance = until.transpose().lazyProduct(error.covariance);
       variance += excess * unit * unit + 2 * each.lasting_sigma * row.gradient.dot(covariance);
@@ -127,7 +128,7 @@ void state_accuracy(FilterState& filter, std::span<AcceptedRow> taken, double ex
     add_symmetric(s, gain, gain * (variance / 2) - m);
     take_outer(until, product(until, row.gradient), gain);
   }
-  for (Lasting& error : filter.lasting)
+  for (CorrelatedError& error : filter.lasting)
     error.covariance = until.transpose().lazyProduct(error.covariance).eval();
   StateMatrix after = StateMatrix::Identity();  // R, the product over the rows after one
   for (auto each = taken.rbegin(); each != taken.rend(); ++each) {
@@ -148,7 +149,7 @@ void predict(FilterState& filter, double dt, const PositionFilterOptions& option
   // The transition matrix is I, except dt from velocity to position, and from drift to clocks.
   const auto move = [&](int to, int from) {
     filter.x(to) += dt * filter.x(from);
-    for (Lasting& lasting : filter.lasting) lasting.covariance(to) += dt * lasting.covariance(from);
+    for (CorrelatedError& lasting : filter.lasting) lasting.covariance(to) += dt * lasting.covariance(from);
   };
   const auto each = [&](const auto& function) {
     for (int i = 0; i < 3; ++i) function(kPosition + i, kVelocity + i);
@@ -160,8 +161,8 @@ void predict(FilterState& filter, double dt, const PositionFilterOptions& option
   // Drops correlations below 1 %.
   const double forgets_s = std::max(options.error_correlation_s, 1e-9);
   std::erase_if(filter.lasting,
-                [&](const Lasting& l) { return filter.time + dt - l.taken > 4.6 * forgets_s; });
-  for (Lasting& lasting : filter.lasting) lasting.covariance *= std::exp(-dt / forgets_s);
+                [&](const CorrelatedError& l) { return filter.time + dt - l.taken > 4.6 * forgets_s; });
+  for (CorrelatedError& lasting : filter.lasting) lasting.covariance *= std::exp(-dt / forgets_s);
   const double c2 = kSpeedOfLight * kSpeedOfLight;
   const double white = c2 * options.clock_frequency_density;
   const double walk = c2 * options.clock_drift_density;
@@ -282,7 +283,7 @@ void update_clocks(FilterState& filter, CodeClock& own, FilterEpoch& epoch, doub
       p->col(clock).setZero();
       (*p)(clock, clock) = kUnknown_m * kUnknown_m;
     }
-    for (Lasting& lasting : filter.lasting) lasting.covariance(clock) = 0;
+    for (CorrelatedError& lasting : filter.lasting) lasting.covariance(clock) = 0;
   }
 }
 

@@ -51,11 +51,11 @@ struct AcceptedRow {
   FilterRow row;
   StateVector gain;
   std::size_t lasting = 0;   ///< index of a pseudorange's error in FilterState::lasting
-  double lasting_sigma = 0;  ///< its deviation; both by state_accuracy()
+  double lasting_sigma = 0;  ///< its deviation; both by report_accuracy()
 };
 /// Covariance of the state's error and the time-correlated error of a satellite's pseudorange, as multiples
 /// of the latter's deviation.
-struct Lasting {
+struct CorrelatedError {
   gnss::SatelliteId satellite;
   StateVector covariance = StateVector::Zero();
   geodesy::GpsTime taken;  ///< when a pseudorange of the satellite last passed the gate
@@ -80,7 +80,7 @@ struct FilterState {
   StateMatrix p = StateMatrix::Zero();  ///< for the gains: for white errors by the weights
   /// Covariance of the state's error under these gains, with time-correlated errors as large as residuals.
   StateMatrix reported_covariance = StateMatrix::Zero();
-  std::vector<Lasting> lasting;
+  std::vector<CorrelatedError> lasting;
   /// Fraction of the motion's noise in `reported_covariance`: that of the latest pseudoranges' variances
   /// (FilterRow::share), because the gains are for the whole errors.
   double noise_fraction = 1;
@@ -127,8 +127,8 @@ class Update {
 ///   S - K m' - m K' + K K' (h' S h + w^2 + b^2 + 2 b h' C),  m = S h + b C,  then C - K h' C - K b.
 /// @param excess variance of errors over that of the weights. With error_correlation_s all of it is
 /// correlated; of corrected pseudoranges the part above 1: their noise is white.
-void state_accuracy(FilterState& filter, std::span<AcceptedRow> taken, double excess,
-                    const PositionFilterOptions& options);
+void report_accuracy(FilterState& filter, std::span<AcceptedRow> taken, double excess,
+                     const PositionFilterOptions& options);
 
 /// One epoch's satellites relative to a position. Vectors keep their capacity from epoch to epoch.
 struct FilterEpoch {

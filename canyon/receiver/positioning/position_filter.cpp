@@ -145,7 +145,7 @@ std::optional<FilterState> begin(FilterEpoch& epoch, const Fix& fix, const FixOp
   if (taken < 4) return std::nullopt;
   take_dopplers(filter, epoch, std::numeric_limits<double>::infinity(), update, fix.excluded);
   update.finish();
-  state_accuracy(filter, epoch.taken, 1, filter_options);
+  report_accuracy(filter, epoch.taken, 1, filter_options);
   return filter;
 }
 
@@ -194,7 +194,7 @@ bool correct(FilterState& filter, CodeClock& own, FilterEpoch& epoch, double dt,
   }
   take_motion(filter, epoch, update);
   update.finish();
-  state_accuracy(filter, epoch.taken, by_residuals ? excess_of_innovations(filter, epoch) : 1, options);
+  report_accuracy(filter, epoch.taken, by_residuals ? excess_of_innovations(filter, epoch) : 1, options);
   int all_considered = 0;
   int all_failed = 0;
   for (std::size_t system = 0; system < kConstellations.size(); ++system) {
@@ -390,9 +390,9 @@ Fix PositionFilter::update(geodesy::GpsTime receiver_time, const std::vector<Ran
     if (restarted && accurate(*restarted, options)) {
       state_->filter = restarted;
       state_->code_clock.of.reset();
-      Fix answer = describe(*restarted, fresh, fix, state_->fix);
-      answer.excluded = fix.excluded;
-      return answer;
+      Fix result = describe(*restarted, fresh, fix, state_->fix);
+      result.excluded = fix.excluded;
+      return result;
     }
   }
   std::swap(state_->filter, filter);

@@ -66,7 +66,7 @@ void update_position_filter(benchmark::State& state) {
     drive.advance(1);
   }
   std::size_t next = 0;
-  Fix answer;
+  Fix result;
   for (auto _ : state) {
     if (next == epochs.size()) {
       state.PauseTiming();
@@ -74,12 +74,12 @@ void update_position_filter(benchmark::State& state) {
       next = 0;
       state.ResumeTiming();
     }
-    answer = filter.update(times[next], epochs[next], sky(), fix);
-    benchmark::DoNotOptimize(answer.position_ecef);
+    result = filter.update(times[next], epochs[next], sky(), fix);
+    benchmark::DoNotOptimize(result.position_ecef);
     ++next;
   }
-  if (!answer.solved()) state.SkipWithError("no answer");
-  state.counters["satellites"] = static_cast<double>(answer.used.size());
+  if (!result.solved()) state.SkipWithError("no answer");
+  state.counters["satellites"] = static_cast<double>(result.used.size());
 }
 BENCHMARK(update_position_filter)->Arg(10)->Arg(30);
 

@@ -298,9 +298,9 @@ TEST(PositionFilter, SaysWhetherItsMeasurementsWereCorrected) {
       fix.correction_age_s = 1.5;
       fix.correction_station = 7;
     }
-    Fix answer = filter.update(drive.receiver_time(), measurements, two_systems(), fix);
+    Fix result = filter.update(drive.receiver_time(), measurements, two_systems(), fix);
     drive.advance(1);
-    return answer;
+    return result;
   };
   EXPECT_EQ(update(99, FixKind::Single).kind(), FixKind::Single);
   EXPECT_EQ(update(99, FixKind::Differential).kind(), FixKind::Differential);
@@ -530,10 +530,10 @@ TEST(PositionFilter, MasksAndWeightsAreTheFixs) {
         expected.push_back(measurements[k].id);
       }
     }
-    const Fix answer = pair.update(drive.receiver_time(), measurements);
-    ASSERT_TRUE(answer.solved());
-    EXPECT_EQ(answer.used, expected);
-    EXPECT_EQ(answer.available, static_cast<int>(expected.size()));
+    const Fix result = pair.update(drive.receiver_time(), measurements);
+    ASSERT_TRUE(result.solved());
+    EXPECT_EQ(result.used, expected);
+    EXPECT_EQ(result.available, static_cast<int>(expected.size()));
     drive.advance(1);
   }
 }

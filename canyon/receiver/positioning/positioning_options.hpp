@@ -114,7 +114,7 @@ struct PositionFilterOptions {
   double max_sigma_m = std::numeric_limits<double>::infinity();
   /// Time constant of the errors of pseudoranges [s], [0, 3600]; 0: white ones. The filter's gains are those
   /// of white errors; the reported covariance is that of its estimate if each satellite's error is correlated
-  /// by exp(-dt / error_correlation_s) (state_accuracy()). With FixOptions::covariance_by_residuals the
+  /// by exp(-dt / error_correlation_s) (report_accuracy()). With FixOptions::covariance_by_residuals the
   /// errors' variance is that of the weights times excess_variance() of the epoch's innovations, of all
   /// satellites above the masks, also those that failed the gate, each with at most twice the gate.
   double error_correlation_s = 0;

@@ -129,11 +129,11 @@ TEST(SolveFix, EveryWeightingGivesItsLeastSquares) {
     const Fix fix = solve_fix(kTime, measurements, sky(), options);
     ASSERT_TRUE(fix.solved());
     ASSERT_EQ(fix.used.size(), measurements.size());
-    const Expected answer = expected(measurements, noise, sigma);
-    EXPECT_LT((drive.error_enu(fix) - answer.error).norm(), 1e-4) << name(weighting);
-    EXPECT_LT((fix.covariance_enu - answer.covariance).norm(), 1e-5 * answer.covariance.norm())
+    const Expected result = expected(measurements, noise, sigma);
+    EXPECT_LT((drive.error_enu(fix) - result.error).norm(), 1e-4) << name(weighting);
+    EXPECT_LT((fix.covariance_enu - result.covariance).norm(), 1e-5 * result.covariance.norm())
         << name(weighting);
-    EXPECT_NEAR(fix.dop->pdop, answer.pdop, 1e-5) << name(weighting);
+    EXPECT_NEAR(fix.dop->pdop, result.pdop, 1e-5) << name(weighting);
   }
 }
 

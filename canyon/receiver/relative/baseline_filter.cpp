@@ -190,7 +190,7 @@ void BaselineFilter::update_delays() {
   }
 }
 
-double BaselineFilter::factor_of(const WholeNumbers& fixed) {
+double BaselineFilter::factor_of(const AmbiguitySolution& fixed) {
   fixed_squares_ += kFixedWeight * (fixed.squares - fixed_squares_);
   fixed_redundant_ += kFixedWeight * (std::max(0, fixed.redundant) - fixed_redundant_);
   if (!moving_ || ionosphere_sigma_m_ > 0) return std::max(1.0, squares_);
@@ -229,7 +229,7 @@ void BaselineFilter::take(const Corrections& corrections,
   base_time_ = corrections.receiver_time;
 }
 
-void BaselineFilter::state_answer(const std::optional<WholeNumbers>& fixed, double age_s, Fix& fix) {
+void BaselineFilter::state_answer(const std::optional<AmbiguitySolution>& fixed, double age_s, Fix& fix) {
   const bool is_fixed = fixed && fixed->accepted;
   fix.status = positioning::FixStatus::Fix;
   fix.solution = is_fixed ? FixKind::Fixed : FixKind::Float;
@@ -309,7 +309,7 @@ std::optional<Fix> BaselineFilter::solve(geodesy::GpsTime receiver_time,
   // Additional covariance of the position by echoes, beyond the noise of codes.
   const Eigen::Matrix3d echoes = (1 - 1 / code_squares_) * covariance_of_echoes();
   const auto fixed =
-      WholeNumberSearch(options_, state_, differences_, echoes, has_ionosphere(), fixed_in_a_row_).find();
+      AmbiguitySearch(options_, state_, differences_, echoes, has_ionosphere(), fixed_in_a_row_).find();
   fixed_in_a_row_ = fixed && fixed->accepted ? fixed_in_a_row_ + 1 : 0;
   state_answer(fixed, std::max(age_s, 0.0), fix);
   apply_position_error();

@@ -50,7 +50,7 @@ class BaselineFilter {
   /// The next epoch starts from its fix without phases.
   void restart() { started_ = false; }
   /// Number of successive epochs with fixed integers, up to the last one.
-  [[nodiscard]] int fixed_in_a_row() const { return fixed_in_a_row_; }
+  [[nodiscard]] int consecutive_fixed_epochs() const { return fixed_in_a_row_; }
   [[nodiscard]] const RtkOptions& options() const { return options_; }
   [[nodiscard]] const positioning::FixOptions& masks() const { return masks_; }
   [[nodiscard]] double max_age_s() const { return max_age_s_; }
@@ -95,14 +95,14 @@ class BaselineFilter {
   /// Factor on the covariance of a fixed position. For two antennas of a vehicle, which have all errors in
   /// common except those of loops and echoes: the mean square of residuals at the fixed integers, of the last
   /// epochs or of this one.
-  double factor_of(const WholeNumbers& fixed);
+  double factor_of(const AmbiguitySolution& fixed);
   /// Covariance that the filter lacks while its position is determined by codes: their echoes are correlated,
   /// and average out only over the age of the ambiguities.
   [[nodiscard]] Eigen::Matrix3d covariance_of_echoes() const;
   [[nodiscard]] std::optional<positioning::Dop> dop_of(const std::vector<gnss::SatelliteId>& used,
                                                        const Eigen::Matrix3d& enu) const;
   /// Sets position, accuracy, baseline and velocity of a fix whose satellites are known.
-  void state_answer(const std::optional<WholeNumbers>& fixed, double age_s, positioning::Fix& fix);
+  void state_answer(const std::optional<AmbiguitySolution>& fixed, double age_s, positioning::Fix& fix);
 
   RtkOptions options_;
   positioning::FixOptions masks_;
@@ -116,7 +116,7 @@ class BaselineFilter {
   BaselineState state_;
   double squares_ = 1;                              // mean of normalised innovations' squares, of phases
   double code_squares_ = 1;                         // and of codes, 1 or more
-  double fixed_squares_ = 0, fixed_redundant_ = 0;  // means of those of WholeNumbers
+  double fixed_squares_ = 0, fixed_redundant_ = 0;  // means of those of AmbiguitySolution
   Eigen::Matrix3d code_covariance_ = Eigen::Matrix3d::Zero();  // of the codes of the epoch alone
   int fixed_in_a_row_ = 0;
   double ionosphere_sigma_m_ = 0, troposphere_sigma_m_ = 0;

@@ -86,7 +86,7 @@ std::optional<positioning::Fix> RtkFilter::update(geodesy::GpsTime receiver_time
   }
   std::optional<positioning::Fix> other = second_->update(receiver_time, rover, sky, alone);
   const bool proven = other && other->kind() == positioning::FixKind::Fixed &&
-                      second_->fixed_in_a_row() >= kSecondFixed &&
+                      second_->consecutive_fixed_epochs() >= kSecondFixed &&
                       receiver_time - second_began_ >= kSecondLeast_s;
   if (!proven) return fix;
   const Eigen::Vector3d apart_enu =

@@ -39,8 +39,8 @@ std::pair<Index, Index> states_of(const std::pair<std::size_t, std::size_t>& slo
 
 }  // namespace
 
-double WholeNumberSearch::squares_of_residuals(std::span<const std::size_t> among,
-                                               const Eigen::VectorXd& x) const {
+double AmbiguitySearch::squares_of_residuals(std::span<const std::size_t> among,
+                                             const Eigen::VectorXd& x) const {
   struct Sums {
     double weights = 0, values = 0, squares = 0;
   };
@@ -62,7 +62,7 @@ double WholeNumberSearch::squares_of_residuals(std::span<const std::size_t> amon
   return result;
 }
 
-std::vector<std::size_t> WholeNumberSearch::candidates() const {
+std::vector<std::size_t> AmbiguitySearch::candidates() const {
   std::vector<std::size_t> result;
   for (std::size_t i = 0; i < differences_.size(); ++i) {
     const Difference& d = differences_[i];
@@ -76,7 +76,7 @@ std::vector<std::size_t> WholeNumberSearch::candidates() const {
   return result;
 }
 
-bool WholeNumberSearch::are_kept(std::span<const SlotPair> slots, const Eigen::VectorXd& whole) const {
+bool AmbiguitySearch::are_kept(std::span<const SlotPair> slots, const Eigen::VectorXd& whole) const {
   std::size_t known = 0;
   for (std::size_t i = 0; i < slots.size(); ++i) {
     const auto& slot = state_.slots[slots[i].first].whole;
@@ -88,7 +88,7 @@ bool WholeNumberSearch::are_kept(std::span<const SlotPair> slots, const Eigen::V
   return known >= kKeptFraction * static_cast<double>(slots.size());
 }
 
-void WholeNumberSearch::keep(std::span<const SlotPair> slots, const Eigen::VectorXd& whole) {
+void AmbiguitySearch::keep(std::span<const SlotPair> slots, const Eigen::VectorXd& whole) {
   if (!are_kept(slots, whole))
     for (BaselineSlot& slot : state_.slots) slot.whole.reset();
   for (std::size_t i = 0; i < slots.size(); ++i) {
@@ -103,12 +103,12 @@ void WholeNumberSearch::keep(std::span<const SlotPair> slots, const Eigen::Vecto
   }
 }
 
-Eigen::Vector3d WholeNumberSearch::cycles_of(std::size_t difference) const {
+Eigen::Vector3d AmbiguitySearch::cycles_of(std::size_t difference) const {
   const Difference& d = differences_[difference];
   return d.rover->direction / d.rover->wavelength_m;
 }
 
-WholeNumberSearch::Pairs WholeNumberSearch::pairs_of(std::vector<std::size_t> among) {
+AmbiguitySearch::Pairs AmbiguitySearch::pairs_of(std::vector<std::size_t> among) {
   Pairs pairs;
   pairs.among = std::move(among);
   std::map<const gnss::Signal*, std::size_t> references;
@@ -142,9 +142,9 @@ WholeNumberSearch::Pairs WholeNumberSearch::pairs_of(std::vector<std::size_t> am
   return pairs;
 }
 
-WholeNumbers WholeNumberSearch::answer(const Pairs& pairs, const Set& set,
-                                       const std::optional<IntegerSolution>& found) {
-  WholeNumbers fixed;
+AmbiguitySolution AmbiguitySearch::solution_of(const Pairs& pairs, const Set& set,
+                                               const std::optional<IntegerSolution>& found) {
+  AmbiguitySolution fixed;
   if (!found) return fixed;
   fixed.ratio = found->ratio();
   const auto slots = std::span<const SlotPair>(pairs.slots).last(set.pairs);
@@ -160,8 +160,8 @@ WholeNumbers WholeNumberSearch::answer(const Pairs& pairs, const Set& set,
   return fixed;
 }
 
-void WholeNumberSearch::fix_at(const Pairs& pairs, const Set& set, const Eigen::VectorXd& whole,
-                               WholeNumbers& fixed) {
+void AmbiguitySearch::fix_at(const Pairs& pairs, const Set& set, const Eigen::VectorXd& whole,
+                             AmbiguitySolution& fixed) {
   const auto slots = std::span<const SlotPair>(pairs.slots).last(set.pairs);
   const Index n = whole.size();
   const Eigen::Matrix3Xd with_echoes = echoes_ * pairs.gradients.rightCols(n);
@@ -203,28 +203,28 @@ void WholeNumberSearch::fix_at(const Pairs& pairs, const Set& set, const Eigen::
   state_.mirror();
 }
 
-std::optional<WholeNumbers> WholeNumberSearch::find() {
+std::optional<AmbiguitySolution> AmbiguitySearch::find() {
   unconfirmed_.reset();
-  std::optional<WholeNumbers> result = find_with_glonass_or_without();
+  std::optional<AmbiguitySolution> result = find_with_glonass_or_without();
   const bool accepted = result && result->accepted;
   if (!accepted && unconfirmed_) keep(unconfirmed_->slots, unconfirmed_->whole);
   return result;
 }
 
-std::optional<WholeNumbers> WholeNumberSearch::find_with_glonass_or_without() {
+std::optional<AmbiguitySolution> AmbiguitySearch::find_with_glonass_or_without() {
   std::vector<std::size_t> among = candidates();
-  std::optional<WholeNumbers> result = find_among(among);
+  std::optional<AmbiguitySolution> result = find_among(among);
   if (result && result->accepted) return result;
   const auto glonass = std::remove_if(among.begin(), among.end(), [&](std::size_t i) {
     return differences_[i].id().system == gnss::System::GLONASS;
   });
   if (glonass == among.end()) return result;
   among.erase(glonass, among.end());
-  const std::optional<WholeNumbers> without = find_among(among);
+  const std::optional<AmbiguitySolution> without = find_among(among);
   return without && (!result || without->accepted) ? without : result;
 }
 
-std::optional<WholeNumbers> WholeNumberSearch::find_among(std::vector<std::size_t> among) {
+std::optional<AmbiguitySolution> AmbiguitySearch::find_among(std::vector<std::size_t> among) {
   // Satellites are removed from the front, the least certain first, so that each set is a last part of all.
   std::vector<gnss::SatelliteId> satellites(among.size());
   std::transform(among.begin(), among.end(), satellites.begin(),
@@ -254,9 +254,9 @@ std::optional<WholeNumbers> WholeNumberSearch::find_among(std::vector<std::size_
     if (set.pairs >= kMinPairs) sets.push_back(set);
   }
   if (sets.empty()) return std::nullopt;
-  std::optional<WholeNumbers> result;
+  std::optional<AmbiguitySolution> result;
   if (const auto found = short_search(all.real, all.covariance)) {
-    result = answer(all, sets.front(), found);
+    result = solution_of(all, sets.front(), found);
     if (result->accepted) return result;
     sets.erase(sets.begin());
   }
@@ -268,7 +268,7 @@ std::optional<WholeNumbers> WholeNumberSearch::find_among(std::vector<std::size_
     // The first set's ratio is reported. Those of the others only have to be large enough.
     const auto& by = decorrelated[sets.size() - 1 - k];
     const auto found = by ? integer_least_squares(*by, {.lowest = result ? enough : 1}) : std::nullopt;
-    const WholeNumbers next = answer(all, sets[k], found);
+    const AmbiguitySolution next = solution_of(all, sets[k], found);
     if (!result || next.accepted) result = next;
     if (next.accepted) break;
   }

@@ -13,7 +13,7 @@
 namespace canyon::relative {
 
 /// Result of an integer ambiguity search.
-struct WholeNumbers {
+struct AmbiguitySolution {
   Eigen::Vector3d position_error = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   double ratio = 0;
@@ -23,22 +23,22 @@ struct WholeNumbers {
 };
 
 /// Resolves the integer ambiguities of one epoch: selects candidates, searches, validates.
-class WholeNumberSearch {
+class AmbiguitySearch {
  public:
   /// @param state stores held and found integers; like `options` and `differences` it must outlive this
   /// @param echoes covariance of the position by echoes of codes, which the state's lacks
   /// @param ionosphere whether its delays are states
-  /// @param fixed_in_a_row number of successive fixed epochs up to the last one
-  WholeNumberSearch(const RtkOptions& options, BaselineState& state, std::span<const Difference> differences,
-                    const Eigen::Matrix3d& echoes, bool ionosphere, int fixed_in_a_row)
+  /// @param consecutive_fixed_epochs number of successive fixed epochs up to the last one
+  AmbiguitySearch(const RtkOptions& options, BaselineState& state, std::span<const Difference> differences,
+                  const Eigen::Matrix3d& echoes, bool ionosphere, int consecutive_fixed_epochs)
       : options_(options),
         state_(state),
         differences_(differences),
         echoes_(echoes),
         ionosphere_(ionosphere),
-        fixed_in_a_row_(fixed_in_a_row) {}
+        fixed_in_a_row_(consecutive_fixed_epochs) {}
   /// Empty if there are too few. Integers that need confirmation are stored for the next epoch.
-  [[nodiscard]] std::optional<WholeNumbers> find();
+  [[nodiscard]] std::optional<AmbiguitySolution> find();
 
  private:
   /// Sum of squared residuals of phases at a state, each signal's clock estimated, over their variances.
@@ -76,13 +76,14 @@ class WholeNumberSearch {
   [[nodiscard]] bool are_kept(std::span<const SlotPair> slots, const Eigen::VectorXd& whole) const;
   void keep(std::span<const SlotPair> slots, const Eigen::VectorXd& whole);
   /// Of all; if that fails without GLONASS, because wrong biases may spoil it.
-  std::optional<WholeNumbers> find_with_glonass_or_without();
+  std::optional<AmbiguitySolution> find_with_glonass_or_without();
   /// Of these, best first; if that fails of the more certain ones. Empty if they are too few.
-  std::optional<WholeNumbers> find_among(std::vector<std::size_t> among);
+  std::optional<AmbiguitySolution> find_among(std::vector<std::size_t> among);
   /// Validates the integers that were found for a set.
-  WholeNumbers answer(const Pairs& pairs, const Set& set, const std::optional<IntegerSolution>& found);
+  AmbiguitySolution solution_of(const Pairs& pairs, const Set& set,
+                                const std::optional<IntegerSolution>& found);
   /// Sets the result at accepted integers.
-  void fix_at(const Pairs& pairs, const Set& set, const Eigen::VectorXd& whole, WholeNumbers& fixed);
+  void fix_at(const Pairs& pairs, const Set& set, const Eigen::VectorXd& whole, AmbiguitySolution& fixed);
 
   const RtkOptions& options_;
   BaselineState& state_;

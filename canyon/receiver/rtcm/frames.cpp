@@ -113,7 +113,7 @@ int lock_time_indicator(double seconds, bool extended) {
   return static_cast<int>(std::ldexp(ms, -k)) + 32 * k;
 }
 
-double least_lock_ms(int indicator, bool extended) {
+double min_lock_ms(int indicator, bool extended) {
   if (!extended) return indicator == 0 ? 0 : std::ldexp(1.0, indicator + 4);
   const int k = std::max(indicator / 32 - 1, 0);
   return std::ldexp(indicator - 32 * k, k);

@@ -58,6 +58,6 @@ inline constexpr std::array kMsmSystems{gnss::System::GPS,  gnss::System::GLONAS
 [[nodiscard]] int lock_time_indicator(double seconds, bool extended);
 /// The minimum lock time [ms] of an indicator: DF402 (table 3.5-74, 0 to 15) or DF407 (0 to 704). The minimum
 /// of the next indicator is the upper bound.
-[[nodiscard]] double least_lock_ms(int indicator, bool extended);
+[[nodiscard]] double min_lock_ms(int indicator, bool extended);
 
 }  // namespace canyon::rtcm

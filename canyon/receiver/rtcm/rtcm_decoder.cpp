@@ -423,8 +423,8 @@ CorrectionsDecoder::Reading CorrectionsDecoder::reading_of(System system, std::s
 CorrectionsDecoder::LockTime CorrectionsDecoder::msm_lock(int indicator, bool extended) {
   const int last = extended ? 704 : 15;
   if (indicator > last) return {};  // reserved
-  return {least_lock_ms(indicator, extended),
-          indicator == last ? HUGE_VAL : least_lock_ms(indicator + 1, extended)};
+  return {min_lock_ms(indicator, extended),
+          indicator == last ? HUGE_VAL : min_lock_ms(indicator + 1, extended)};
 }
 /// DF013, DF019 (table 3.4-2).
 CorrectionsDecoder::LockTime CorrectionsDecoder::legacy_lock(int indicator) {

@@ -62,7 +62,7 @@ TEST(RtcmDecoder, LockTimeIndicator) {
                                                   {160, 512}, {352, 32768}, {703, 66060288}, {704, 67108864}};
   for (const auto& [indicator, ms] : table) {
     EXPECT_EQ(lock_time_indicator(ms * 1e-3, true), indicator);
-    EXPECT_EQ(least_lock_ms(indicator, true), ms);
+    EXPECT_EQ(min_lock_ms(indicator, true), ms);
     if (ms > 0) {
       EXPECT_EQ(lock_time_indicator((ms - 0.5) * 1e-3, true), indicator - 1);
     }
@@ -72,9 +72,9 @@ TEST(RtcmDecoder, LockTimeIndicator) {
 
 // Table 3.5-74.
 TEST(RtcmDecoder, LeastLockTimes) {
-  EXPECT_EQ(least_lock_ms(0, false), 0);
-  EXPECT_EQ(least_lock_ms(1, false), 32);
-  EXPECT_EQ(least_lock_ms(15, false), 524'288);
+  EXPECT_EQ(min_lock_ms(0, false), 0);
+  EXPECT_EQ(min_lock_ms(1, false), 32);
+  EXPECT_EQ(min_lock_ms(15, false), 524'288);
 }
 
 /// Cells of all systems with values that are no multiples of the resolutions.

@@ -42,7 +42,7 @@ SignalPath bundle(double delay_m, std::complex<double> amplitude, std::complex<d
 
 /// compute(), cached by spectrum.
 template <typename Compute>
-double remembered(SpectrumValues& known, const propagation::Spectrum& spectrum, const Compute& compute) {
+double cached_value(SpectrumValues& known, const propagation::Spectrum& spectrum, const Compute& compute) {
   const auto found =
       std::find_if(known.begin(), known.end(), [&](const auto& each) { return each.first == spectrum; });
   if (found != known.end()) return found->second;
@@ -140,8 +140,8 @@ double ChannelModel::noise_factor(const gnss::Signal& signal, gnss::SatelliteId 
     } else {
       propagation::Spectrum off = wave.spectrum;
       off.centre_hz -= carrier_hz;
-      separation =
-          remembered(kind.separations, off, [&] { return spectral_separation_per_hz(correlation, 0, off); });
+      separation = cached_value(kind.separations, off,
+                                [&] { return spectral_separation_per_hz(correlation, 0, off); });
     }
     sum += wave.over_noise_hz[band] * separation;
   }
@@ -160,7 +160,8 @@ ChannelModel::FrontEndLoad ChannelModel::front_end_load(const gnss::Signal& sign
   for (const ReceivedWave& wave : waves) {
     propagation::Spectrum off = wave.spectrum;
     off.centre_hz -= signal.carrier_hz;
-    const double fraction = remembered(fractions, off, [&] { return fraction_within(off, 0, bandwidth_hz); });
+    const double fraction =
+        cached_value(fractions, off, [&] { return fraction_within(off, 0, bandwidth_hz); });
     const double ratio = wave.over_noise_hz[band] / bandwidth_hz * fraction;
     load.interference += ratio;
     if (wave.spectrum.shape == propagation::Spectrum::Shape::Tone) load.tones += ratio;

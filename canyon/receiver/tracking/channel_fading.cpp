@@ -107,7 +107,7 @@ double path_rate_mps(const orbit::LineOfSight& line, const Eigen::Vector3d& ante
     rate -= e.dot(antenna_velocity_ecef);
   } else {
     const Eigen::Vector3d arrival = ecef_from_enu * path.arrival;
-    rate -= (arrival + ecef_from_enu * path.glint).dot(antenna_velocity_ecef);
+    rate -= (arrival + ecef_from_enu * path.scattering_offset).dot(antenna_velocity_ecef);
     const Eigen::Vector3d relative = satellite - antenna_velocity_ecef;
     const Eigen::Vector3d rotation_rate = (relative - e * e.dot(relative)) / line.range_m;
     const Eigen::Vector3d normal = e - arrival;

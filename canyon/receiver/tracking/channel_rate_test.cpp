@@ -61,7 +61,7 @@ TEST(PathRate, OfAPointAtRestIsTheRateOfItsRange) {
 }
 
 TEST(PathRate, ShowsWhatLeadsOnARoughFacade) {
-  const Eigen::Vector3d velocity(12, -7, 0), glint(0.1, 0.2, -0.05);
+  const Eigen::Vector3d velocity(12, -7, 0), scattering_offset(0.1, 0.2, -0.05);
   const orbit::LineOfSight line =
       open_sky(four_systems(), kTime, kFrame.ecef_from_local({3, 4, 2})).front().line;
   Path path;
@@ -71,8 +71,8 @@ TEST(PathRate, ShowsWhatLeadsOnARoughFacade) {
     return path_rate_mps(line, kEcefFromEnu * v, path, kEcefFromEnu);
   };
   const double ideal = rate(velocity), at_rest = rate(Eigen::Vector3d::Zero());
-  path.glint = glint;
-  EXPECT_NEAR(rate(velocity) - ideal, -velocity.dot(glint), 1e-4);
+  path.scattering_offset = scattering_offset;
+  EXPECT_NEAR(rate(velocity) - ideal, -velocity.dot(scattering_offset), 1e-4);
   EXPECT_EQ(rate(Eigen::Vector3d::Zero()), at_rest);
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 template <std::size_t Width>
 using Lanes = std::array<float, Width>;
-using Eight = Lanes<LaneCodeLock::kWidth>;
+using Eight = Lanes<BatchCodeLock::kWidth>;
 using One = Lanes<1>;
 
 /// Linear between steps: with 4 curvature / 8 steps^2 below 4e-6 for a front end of four chip rates.
@@ -168,7 +168,7 @@ void strongest_prompt(const Group& g, One& strongest, One& tau) {
 
 }  // namespace
 
-void LaneCodeLock::Paths::clear(std::size_t lane_count) {
+void BatchCodeLock::Paths::clear(std::size_t lane_count) {
   lanes = lane_count;
   stride = padded(lane_count);
   delay_chips.clear();
@@ -177,7 +177,7 @@ void LaneCodeLock::Paths::clear(std::size_t lane_count) {
   incoherent.clear();
 }
 
-std::size_t LaneCodeLock::Paths::add(double at_chips) {
+std::size_t BatchCodeLock::Paths::add(double at_chips) {
   const std::size_t index = re.size();
   delay_chips.push_back(static_cast<float>(at_chips));
   re.resize(index + stride, 0);
@@ -186,7 +186,7 @@ std::size_t LaneCodeLock::Paths::add(double at_chips) {
   return index;
 }
 
-LaneCodeLock::LaneCodeLock(std::shared_ptr<const CodeTracker> tracker) : tracker_(std::move(tracker)) {
+BatchCodeLock::BatchCodeLock(std::shared_ptr<const CodeTracker> tracker) : tracker_(std::move(tracker)) {
   const Correlation& r = tracker_->correlation();
   for (int i = 0; i <= kSteps + 1; ++i)
     table_.push_back(static_cast<float>(r.value(static_cast<double>(std::min(i, kSteps)) / kStepsPerChip)));
@@ -198,8 +198,8 @@ LaneCodeLock::LaneCodeLock(std::shared_ptr<const CodeTracker> tracker) : tracker
 }
 
 template <std::size_t Width>
-void LaneCodeLock::lock_group(const Paths& paths, std::size_t first, std::array<float, Width>& delay,
-                              std::array<float, Width>& power) const {
+void BatchCodeLock::lock_group(const Paths& paths, std::size_t first, std::array<float, Width>& delay,
+                               std::array<float, Width>& power) const {
   using Search = ZeroSearch<float>;
   const std::vector<float>& delays = paths.delay_chips;
   const Group group{table_.data(),
@@ -256,8 +256,8 @@ void LaneCodeLock::lock_group(const Paths& paths, std::size_t first, std::array<
       power[i] = -1;
 }
 
-void LaneCodeLock::lock_alone(const Paths& paths, std::size_t lane, float& delay_m,
-                              float& prompt_power) const {
+void BatchCodeLock::lock_alone(const Paths& paths, std::size_t lane, float& delay_m,
+                               float& prompt_power) const {
   std::vector<CodeTracker::Averaged> alone;
   for (std::size_t p = 0; p < paths.size(); ++p) {
     const std::size_t k = p * paths.stride + lane;
@@ -270,7 +270,7 @@ void LaneCodeLock::lock_alone(const Paths& paths, std::size_t lane, float& delay
   prompt_power = lock ? static_cast<float>(lock->prompt_power) : 0;
 }
 
-void LaneCodeLock::lock(const Paths& paths, std::span<float> delay_m, std::span<float> prompt_power) const {
+void BatchCodeLock::lock(const Paths& paths, std::span<float> delay_m, std::span<float> prompt_power) const {
   if (paths.size() == 0) {
     std::fill(prompt_power.begin(), prompt_power.end(), 0.0F);
     return;

@@ -15,7 +15,7 @@ namespace canyon::tracking {
 /// one alone), from a table of the correlation. Delays agree within 1 cm (of a chip of 293 m), prompt powers
 /// within 1e-4 of themselves. Falls back to CodeTracker::lock() if a lane finds nothing, and for other
 /// discriminators than early minus late power. Const, thread-safe.
-class LaneCodeLock {
+class BatchCodeLock {
  public:
   static constexpr std::size_t kWidth = 8;
   /// Lanes rounded up to a multiple of kWidth.
@@ -36,7 +36,7 @@ class LaneCodeLock {
     std::size_t add(double at_chips);
   };
 
-  explicit LaneCodeLock(std::shared_ptr<const CodeTracker> tracker);
+  explicit BatchCodeLock(std::shared_ptr<const CodeTracker> tracker);
 
   [[nodiscard]] const CodeTracker& tracker() const { return *tracker_; }
   using CoherenceWeights = CodeTracker::CoherenceWeights;

@@ -15,7 +15,7 @@ namespace canyon::tracking {
 namespace {
 
 /// As in receivers of the mass market: 4 MHz, a quarter chip.
-LaneCodeLock lock_of(Modulation modulation, Discriminator discriminator = Discriminator::EarlyLatePower) {
+BatchCodeLock lock_of(Modulation modulation, Discriminator discriminator = Discriminator::EarlyLatePower) {
   CorrelationOptions signal;
   signal.modulation = modulation;
   signal.bandwidth_hz = 4e6;
@@ -23,14 +23,14 @@ LaneCodeLock lock_of(Modulation modulation, Discriminator discriminator = Discri
   loop.discriminator = discriminator;
   loop.spacing_chips = 0.25;
   loop.loop_bandwidth_hz = 0.3;
-  return LaneCodeLock(shared_code_tracker(signal, loop));
+  return BatchCodeLock(shared_code_tracker(signal, loop));
 }
 
 /// 400 satellites of 1 to 12 paths with detours to 300 m, 17 lanes, the last one alone: each compared with
 /// CodeTracker::lock().
-void compare(const LaneCodeLock& lock, bool direct, double* worst_m, int* others) {
+void compare(const BatchCodeLock& lock, bool direct, double* worst_m, int* others) {
   RandomStream random(3, direct ? "direct" : "echoes");
-  LaneCodeLock::Paths paths;
+  BatchCodeLock::Paths paths;
   constexpr std::size_t kLanes = 17;
   const double chip_m = lock.tracker().correlation().chip_m();
   for (int n = 0; n < 400; ++n) {
@@ -42,7 +42,7 @@ void compare(const LaneCodeLock& lock, bool direct, double* worst_m, int* others
       const double delay_m = first ? 0 : 300 * random.uniform() * random.uniform();
       const double size = first ? 1 : 0.6 * random.uniform() * random.uniform();
       const double fading_hz = first ? 0 : 0.3 * random.normal();
-      const LaneCodeLock::CoherenceWeights weights = lock.average(fading_hz);
+      const BatchCodeLock::CoherenceWeights weights = lock.average(fading_hz);
       const std::size_t at = paths.add(delay_m / chip_m);
       for (std::size_t i = 0; i < kLanes; ++i) {
         const std::complex<double> amplitude = std::polar(size, 6.3 * random.uniform());
@@ -71,9 +71,9 @@ void compare(const LaneCodeLock& lock, bool direct, double* worst_m, int* others
 }
 
 // The reference is CodeTracker::lock(), which is tested against closed forms.
-TEST(LaneCodeLock, StandsWhereTheLoopStands) {
+TEST(BatchCodeLock, StandsWhereTheLoopStands) {
   for (const Modulation modulation : {Modulation::BPSK, Modulation::BOC11}) {
-    const LaneCodeLock lock = lock_of(modulation);
+    const BatchCodeLock lock = lock_of(modulation);
     for (const bool direct : {true, false}) {
       double worst_m = 0;
       int others = 0;
@@ -87,10 +87,10 @@ TEST(LaneCodeLock, StandsWhereTheLoopStands) {
 }
 
 // A single path: no error, and R(0)^2 of its power.
-TEST(LaneCodeLock, StandsOnASinglePath) {
-  const LaneCodeLock lock = lock_of(Modulation::BPSK);
+TEST(BatchCodeLock, StandsOnASinglePath) {
+  const BatchCodeLock lock = lock_of(Modulation::BPSK);
   const double r0 = lock.tracker().correlation().value(0);
-  LaneCodeLock::Paths paths;
+  BatchCodeLock::Paths paths;
   paths.clear(8);
   const std::size_t at = paths.add(0.25);
   for (std::size_t i = 0; i < 8; ++i) paths.re[at + i] = i < 4 ? 0.5F : 0;
@@ -104,8 +104,8 @@ TEST(LaneCodeLock, StandsOnASinglePath) {
 }
 
 // Other discriminators are left to CodeTracker.
-TEST(LaneCodeLock, LeavesOtherDiscriminatorsToTheTracker) {
-  const LaneCodeLock lock = lock_of(Modulation::BPSK, Discriminator::DotProduct);
+TEST(BatchCodeLock, LeavesOtherDiscriminatorsToTheTracker) {
+  const BatchCodeLock lock = lock_of(Modulation::BPSK, Discriminator::DotProduct);
   double worst_m = 0;
   int others = 0;
   compare(lock, true, &worst_m, &others);

@@ -7,7 +7,7 @@
 namespace canyon::tracking {
 
 /// Convergence of a code loop to a stable zero of its discriminator D, one evaluation of D at a time:
-/// CodeTracker runs one search in doubles, LaneCodeLock eight in parallel in floats. The replica moves
+/// CodeTracker runs one search in doubles, BatchCodeLock eight in parallel in floats. The replica moves
 /// against the sign of D; a zero is stable if D rises with the delay there. Delays in chips.
 template <typename Real>
 struct ZeroSearch {

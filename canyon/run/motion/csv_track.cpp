@@ -185,7 +185,7 @@ class CsvReader {
       }
       if (other) take_another_header(*line);
     }
-    path_.report.require_most(path_.points.size());
+    path_.report.require_majority(path_.points.size());
     note_doubts();
     if (path_.points.empty())
       throw InputError(file_.path(), first_record, "no line has a time, a position and a height",
@@ -560,7 +560,7 @@ RecordedPath read_lines(TextFile& file, std::string_view marks, const Read& read
     if (is_skipped(*line, marks)) continue;
     guard_record(path.report, [&] { read(*line, RecordAt{path.report, file.line()}, path.points); });
   }
-  path.report.require_most(path.points.size());
+  path.report.require_majority(path.points.size());
   if (path.points.empty()) throw InputError(file.path(), 0, "no position in it");
   return path;
 }

@@ -345,7 +345,7 @@ RecordedPath read_nmea(const std::filesystem::path& path, GpsTime start, const H
     throw InputError(path, 0, fmt::format("none of its {} fixes has an altitude", flat),
                      "give trajectory.height_above_terrain_m");
   }
-  log.report.require_most(result.points.size());
+  log.report.require_majority(result.points.size());
   if (result.points.empty()) {
     throw InputError(path, 0, "no GGA, GNS, RMC or GLL sentence with a fix",
                      "expected lines like $GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47");

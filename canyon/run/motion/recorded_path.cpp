@@ -41,7 +41,7 @@ void note_pauses(const Trajectory& trajectory, ReadReport& report) {
 
 }  // namespace
 
-void keep_rising(RecordedPath& path) {
+void drop_unordered(RecordedPath& path) {
   RecordedPoints& points = path.points;
   if (points.empty()) return;
   constexpr double kYear_s = 365.25 * 86'400;
@@ -92,7 +92,7 @@ void keep_rising(RecordedPath& path) {
 }
 
 TrajectoryFile recorded_trajectory(RecordedPath path) {
-  keep_rising(path);
+  drop_unordered(path);
   std::vector<std::pair<GpsTime, Geodetic>> samples;
   samples.reserve(path.points.size());
   for (const RecordedPoint& point : path.points) samples.emplace_back(point.time, point.position);

@@ -40,9 +40,9 @@ struct RecordedPath {
 
 /// Removes and counts the fewest points such that times increase, and points more than a year from most
 /// others. Throws InputError if more than half of all points would be removed.
-void keep_rising(RecordedPath& path);
+void drop_unordered(RecordedPath& path);
 
-/// The trajectory through points with times after keep_rising(), with a note about pauses.
+/// The trajectory through points with times after drop_unordered(), with a note about pauses.
 [[nodiscard]] TrajectoryFile recorded_trajectory(RecordedPath path);
 
 /// "trajectory.columns: {...}": hint how to name the columns of a CSV file.

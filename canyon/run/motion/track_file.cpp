@@ -72,7 +72,7 @@ class TrackReader {
       if (!gpx) points_.pop_back();
     }
     std::erase_if(points_, [](const TrackPoint& p) { return p.bad; });
-    report_.require_most(points_.size());
+    report_.require_majority(points_.size());
     if (points_.empty()) throw InputError(file_.path(), 0, "none of its points has a fix");
   }
 
@@ -416,7 +416,7 @@ RecordedPath read_android_fixes(const std::filesystem::path& path, const HeightR
     if (!heights.needed) instead_m = of.empty() ? 0 : of.back().position.height_m;
     guard_record(report, [&] { of.push_back(point_of({report, log.file().line()}, log, instead_m)); });
   }
-  report.require_most(points[0].size() + points[1].size() + points[2].size());
+  report.require_majority(points[0].size() + points[1].size() + points[2].size());
   const auto* const best =
       std::find_if(points.begin(), points.end(), [](const RecordedPoints& of) { return !of.empty(); });
   if (best == points.end()) {

@@ -222,7 +222,7 @@ struct Generator::State {
   }
 
   /// From `sample` to `end`, in blocks of block_samples.
-  void make_blocks(const SignalSegment& segment, std::size_t end, const Take& take) {
+  void make_blocks(const SignalSegment& segment, std::size_t end, const BlockHandler& take) {
     const std::size_t size = block_samples;
     for (std::size_t in_segment = 0; sample < end;) {
       const std::size_t count = std::min(kBlocksAtOnce, (end - sample + size - 1) / size);
@@ -289,7 +289,7 @@ Generator::~Generator() = default;
 Generator::Generator(Generator&&) noexcept = default;
 Generator& Generator::operator=(Generator&&) noexcept = default;
 
-void Generator::next(const simulation::Epoch& epoch, const Take& take) {
+void Generator::next(const simulation::Epoch& epoch, const BlockHandler& take) {
   State& state = *state_;
   const std::optional<SignalSegment> segment = state.interpolator->next(epoch);
   const double reading_s = state.interpolator->reading_s();

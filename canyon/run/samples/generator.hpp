@@ -53,8 +53,8 @@ class Generator {
 
   /// Receives the samples between the previous epoch and this one, in order; none at the first epoch. Epochs
   /// need an arrival, and follow each other in time.
-  using Take = std::function<void(const SampleBlock& block, std::size_t samples)>;
-  void next(const simulation::Epoch& epoch, const Take& take);
+  using BlockHandler = std::function<void(const SampleBlock& block, std::size_t samples)>;
+  void next(const simulation::Epoch& epoch, const BlockHandler& take);
 
   /// Reading of the receiver's clock at the first sample. Valid after the first epoch.
   [[nodiscard]] geodesy::GpsTime begin() const;

@@ -104,14 +104,14 @@ void visit(options::Visitor& v, LiveOptions& o) {
 
 namespace {
 
-void warn_of_idle_noise(const options::Visitor& v, LiveConfig& config) {
+void warn_of_idle_noise(const options::Visitor& v, RunnerConfig& config) {
   if (v.reads() && v.has("noise") && has_idle_noise(config.sky, config.receiver()))
     config.warnings.push_back(idle_noise_warning({}));
 }
 
 /// The fields that may change while a receiver runs.
 struct RunningConfig {
-  LiveConfig& live;
+  RunnerConfig& live;
 };
 
 void visit(options::Visitor& v, RunningConfig& config) {
@@ -138,10 +138,10 @@ void visit(options::Visitor& v, RunningConfig& config) {
 }
 
 /// The base's own keys; all others are from a profile.
-void visit_base(options::Visitor& v, LiveConfig& config) {
+void visit_base(options::Visitor& v, RunnerConfig& config) {
   if (!v.wants(v.reads() ? v.has("base") : config.base() != nullptr)) return;
   ReceiverConfig base = config.base() != nullptr ? *config.base() : ReceiverConfig{};
-  // East and north are relative to the host's origin, which LiveReceiver has.
+  // East and north are relative to the host's origin, which ReceiverRunner has.
   const CityConfig host_city;
   v.section("base", [&] {
     std::optional<std::string> name;
@@ -163,7 +163,7 @@ void visit_base(options::Visitor& v, LiveConfig& config) {
   });
 }
 
-void check_base(options::Visitor& v, const LiveConfig& config) {
+void check_base(options::Visitor& v, const RunnerConfig& config) {
   if (!v.reads()) return;
   const std::string& from = config.receiver().options.corrections.from;
   v.section("corrections", [&] {
@@ -181,7 +181,7 @@ void check_base(options::Visitor& v, const LiveConfig& config) {
 
 }  // namespace
 
-void visit(options::Visitor& v, LiveConfig& config) {
+void visit(options::Visitor& v, RunnerConfig& config) {
   if (v.reads() && !v.has("sky")) config.sky.nominal = true;
   v.part("sky", config.sky);
   visit_start(v, config.start, &config.warnings);
@@ -210,8 +210,8 @@ void visit(options::Visitor& v, LiveConfig& config) {
   check_base(v, config);
 }
 
-LiveConfig live_config(const Scenario& scenario, geodesy::GpsTime start, double interval_s) {
-  LiveConfig config(scenario);
+RunnerConfig live_config(const Scenario& scenario, geodesy::GpsTime start, double interval_s) {
+  RunnerConfig config(scenario);
   config.start = start;
   config.rate_hz = 1 / interval_s;
   config.warnings.clear();
@@ -222,35 +222,36 @@ LiveConfig live_config(const Scenario& scenario, geodesy::GpsTime start, double 
 namespace {
 
 /// With the list of mappings, which settings of SDF and ROS cannot contain.
-struct LiveConfigWithFaults : LiveConfig {};
+struct RunnerConfigWithFaults : RunnerConfig {};
 
-void visit(options::Visitor& v, LiveConfigWithFaults& config) {
-  visit(v, static_cast<LiveConfig&>(config));
+void visit(options::Visitor& v, RunnerConfigWithFaults& config) {
+  visit(v, static_cast<RunnerConfig&>(config));
   disturbance::visit_faults(v, config.faults, receiver_names(config.receivers));
 }
 
 }  // namespace
 
-LiveConfig parse_live_config(const std::string& text, const std::filesystem::path& name) {
-  LiveConfigWithFaults config;
+RunnerConfig parse_live_config(const std::string& text, const std::filesystem::path& name) {
+  RunnerConfigWithFaults config;
   options::read_yaml(text, document_of(name), "it needs at least a key of a receiver", config);
   return config;
 }
 
 const options::Description& running_description() {
   static const options::Description description = [] {
-    LiveConfig defaults;
+    RunnerConfig defaults;
     return options::describe(RunningConfig{defaults});
   }();
   return description;
 }
 
-std::string running_options(const LiveConfig& config) {
-  return hide_passwords(options::dotted(RunningConfig{const_cast<LiveConfig&>(config)}));  // changes nothing
+std::string running_options(const RunnerConfig& config) {
+  return hide_passwords(
+      options::dotted(RunningConfig{const_cast<RunnerConfig&>(config)}));  // changes nothing
 }
 
-LiveConfig changed_live_config(const LiveConfig& config, const std::string& text,
-                               const std::filesystem::path& name) {
+RunnerConfig changed_live_config(const RunnerConfig& config, const std::string& text,
+                                 const std::filesystem::path& name) {
   options::Document document = document_of(name, "change");
   document.set_keys(running_description());
   const options::Node root =
@@ -272,7 +273,7 @@ LiveConfig changed_live_config(const LiveConfig& config, const std::string& text
                        "name one of 'canyon profiles', or a file without its folder: my.yaml");
     }
   }
-  LiveConfig changed = config;
+  RunnerConfig changed = config;
   changed.warnings.clear();
   RunningConfig running{changed};
   options::read(root, document, running);

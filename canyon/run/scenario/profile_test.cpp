@@ -129,7 +129,7 @@ TEST(Profile, ReceiversWithoutOneAreACommonModule) {
   for (const char* receivers : {"", "receivers: [{name: a}]\n", "receivers: [{profile: ublox-m10}]\n"}) {
     EXPECT_EQ(named(parse_scenario(kScene + receivers, "s.yaml").receivers.front()), module) << receivers;
   }
-  LiveConfig live = parse_live_config("seed: 1\n", "host");
+  RunnerConfig live = parse_live_config("seed: 1\n", "host");
   EXPECT_TRUE(live.receiver().options.independent_noise);  // several vehicles
   live.receiver().options.independent_noise = receiver::ReceiverOptions{}.independent_noise;
   EXPECT_EQ(named(live.receiver()), module);
@@ -366,7 +366,7 @@ receivers:
 }
 
 TEST(Profile, LiveReceiversHaveThem) {
-  const LiveConfig config =
+  const RunnerConfig config =
       parse_live_config("profile: paper\nelevation_mask_deg: 12\nsignal: {antenna: phone}\n", "plugin");
   EXPECT_EQ(config.receiver().propagation.model, propagation::Model::Mirror);
   EXPECT_EQ(config.receiver().options.fix.min_satellites, 5);

@@ -61,7 +61,7 @@ struct SkyConfig {
   std::vector<double> frozen_elevation_rad;
   std::set<gnss::System> systems{gnss::kConstellations.begin(), gnss::kConstellations.end()};
   bool allow_stale = false;
-  errors::SpaceErrorOptions errors;
+  errors::RangeErrorOptions errors;
 
   /// Whether signals have range errors (satellite and atmosphere): by `errors`, else if the satellites'
   /// ephemerides are broadcast ones.
@@ -207,13 +207,13 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
 
 /// A scenario of a host that supplies city and motion. A host's has one receiver, then the base in the host's
 /// world, if any; a run's or session's has all receivers.
-struct LiveConfig : Scenario {
-  LiveConfig() { receivers.resize(1); }
-  explicit LiveConfig(Scenario scenario) : Scenario(std::move(scenario)) {}
+struct RunnerConfig : Scenario {
+  RunnerConfig() { receivers.resize(1); }
+  explicit RunnerConfig(Scenario scenario) : Scenario(std::move(scenario)) {}
 
   /// `corrections.from` may name another receiver of the host's world.
   bool allow_external_base = false;
-  /// The host supplies the samples of Scenario::sensors in each step (LiveReceiver::observe()).
+  /// The host supplies the samples of Scenario::sensors in each step (ReceiverRunner::observe()).
   bool with_sensors = false;
 
   [[nodiscard]] ReceiverConfig& receiver() { return receivers.front(); }
@@ -223,14 +223,14 @@ struct LiveConfig : Scenario {
 };
 /// The scenario's keys `sky`, `start`, `rate_hz`, `seed` and `geoid_undulation_m`, those of the receiver
 /// without brackets, and `base` with `name`, `profile` and `fixed`.
-void visit(options::Visitor& v, LiveConfig& o);
+void visit(options::Visitor& v, RunnerConfig& o);
 /// A scenario as Run uses it, with this `start` and interval; its warnings were already reported.
-[[nodiscard]] LiveConfig live_config(const Scenario& scenario, geodesy::GpsTime start, double interval_s);
+[[nodiscard]] RunnerConfig live_config(const Scenario& scenario, geodesy::GpsTime start, double interval_s);
 
-/// Reads YAML with the fields of a LiveConfig and `faults`, whose times count from the host's time 0. `name`
-/// appears in messages; Scenario::warnings has possible mistakes. Relative paths are relative to the folder
-/// of `name`. Throws InputError as parse_scenario() does.
-[[nodiscard]] LiveConfig parse_live_config(const std::string& text, const std::filesystem::path& name);
+/// Reads YAML with the fields of a RunnerConfig and `faults`, whose times count from the host's time 0.
+/// `name` appears in messages; Scenario::warnings has possible mistakes. Relative paths are relative to the
+/// folder of `name`. Throws InputError as parse_scenario() does.
+[[nodiscard]] RunnerConfig parse_live_config(const std::string& text, const std::filesystem::path& name);
 
 /// `config` with the changes of a YAML or JSON text to a running receiver: any key of parse_live_config() but
 /// `sky`, `start`, `name`, `base`, `corrections.from` and `faults`, nested ("clock: {bias_s: 1}") or with
@@ -238,12 +238,12 @@ void visit(options::Visitor& v, LiveConfig& o);
 /// own_draws, corrections.from, lever_arm and streets; other keys of the text override it. `name` of the text
 /// as for parse_live_config(); if it is not empty, the text is a request from a client, and `profile` names
 /// one of Canyon's, or a file in the folder of `name`. Throws InputError as parse_live_config().
-[[nodiscard]] LiveConfig changed_live_config(const LiveConfig& config, const std::string& text,
-                                             const std::filesystem::path& name);
+[[nodiscard]] RunnerConfig changed_live_config(const RunnerConfig& config, const std::string& text,
+                                               const std::filesystem::path& name);
 /// The keys that changed_live_config() accepts.
 [[nodiscard]] const options::Description& running_description();
 /// Their values, one line "clock.bias_s: 1" each, as changed_live_config() accepts them, without passwords
 /// and without `profile`.
-[[nodiscard]] std::string running_options(const LiveConfig& config);
+[[nodiscard]] std::string running_options(const RunnerConfig& config);
 
 }  // namespace canyon::simulation

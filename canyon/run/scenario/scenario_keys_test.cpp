@@ -395,7 +395,7 @@ TEST(ReceiverKeys, EachKeySetsAFieldOfItsOwn) {
 
 TEST(ReceiverKeys, ScenariosAndHostsHaveThoseOfProfiles) {
   const std::vector<std::string> scenario = scenario_description().paths();
-  const std::vector<std::string> live = options::describe<LiveConfig>().paths();
+  const std::vector<std::string> live = options::describe<RunnerConfig>().paths();
   for (const ScenarioKey& key : profile_keys()) {
     EXPECT_THAT(scenario, ::testing::Contains("receivers[]." + key.path));
     EXPECT_THAT(live, ::testing::Contains(key.path));

@@ -107,7 +107,7 @@ constexpr bool complete(std::span<const Signal> table, System system) {
   for (const Signal& s : table) {
     const bool received = s.carrier_hz > 1e9 && s.chip_rate_hz > 0 && s.minimum_dbw < 0 && s.msm <= 32;
     if (s.system != system || s.name.empty() || s.code.size() != 2 || !received) return false;
-    if (s.sent_by == SatelliteBlock{} || s.group_delay == GroupDelay::Unstated) return false;
+    if (s.sent_by == SatelliteBlock{} || s.group_delay == GroupDelay::Unspecified) return false;
   }
   return !table.empty();
 }
@@ -265,7 +265,7 @@ std::array<double, kMaxSignals> group_delays_s(const KeplerEphemeris& e, bool fn
       case GroupDelay::Tgd2:
         delays[i] = e.group_delay[1];
         break;
-      case GroupDelay::Unstated:
+      case GroupDelay::Unspecified:
       case GroupDelay::None:
       case GroupDelay::DeltaTau:  // not in Keplerian messages
         break;

@@ -41,15 +41,15 @@ enum class SatelliteBlock : std::uint16_t {
 
 /// The parameter of the broadcast message for a signal's group delay (group_delays_s()).
 enum class GroupDelay : std::uint8_t {
-  Unstated,  ///< not allowed in a row of a table
-  None,      ///< the broadcast clock refers to this signal
-  Tgd,       ///< GPS, QZSS: TGD of L1, scaled by carrier
-  BgdE1,     ///< Galileo E1: the BGD of the pair of the message's clock
-  BgdE5a,    ///< Galileo: BGD(E1,E5a), scaled by carrier
-  BgdE5b,    ///< Galileo: BGD(E1,E5b), scaled by carrier
-  Tgd1,      ///< BeiDou
-  Tgd2,      ///< BeiDou
-  DeltaTau,  ///< GLONASS: delta tau n, of L2 against L1
+  Unspecified,  ///< not allowed in a row of a table
+  None,         ///< the broadcast clock refers to this signal
+  Tgd,          ///< GPS, QZSS: TGD of L1, scaled by carrier
+  BgdE1,        ///< Galileo E1: the BGD of the pair of the message's clock
+  BgdE5a,       ///< Galileo: BGD(E1,E5a), scaled by carrier
+  BgdE5b,       ///< Galileo: BGD(E1,E5b), scaled by carrier
+  Tgd1,         ///< BeiDou
+  Tgd2,         ///< BeiDou
+  DeltaTau,     ///< GLONASS: delta tau n, of L2 against L1
 };
 
 /// One open signal of a satellite system from its interface document (docs/signals.md has the table): all
@@ -70,7 +70,7 @@ struct Signal {
   /// the ground and a satellite above 5 degrees.
   double minimum_dbw = 0;
   SatelliteBlock sent_by = {};  ///< all blocks that send it; must not be empty in a row of a table
-  GroupDelay group_delay = GroupDelay::Unstated;
+  GroupDelay group_delay = GroupDelay::Unspecified;
   /// Number in the signal mask of RTCM MSM (DF395; RTCM 10403.3, tables 3.5-91 to 3.5-108), 1 to 32; 0: none.
   std::uint8_t msm = 0;
   /// Signal number of Septentrio's SBF (PolaRx5TR Reference Guide, 4.1.10); -1: none.

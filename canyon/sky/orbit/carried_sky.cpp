@@ -33,13 +33,13 @@ Eigen::Vector3d gravity_acceleration(const SatelliteState& state) {
 
 }  // namespace
 
-CarriedSky::CarriedSky(std::shared_ptr<const Sky> sky) : sky_(std::move(sky)), number_(new_owner()) {
+CachedSky::CachedSky(std::shared_ptr<const Sky> sky) : sky_(std::move(sky)), number_(next_cache_id()) {
   if (!sky_) throw InputError("a cached sky needs a sky");
 }
 
-std::optional<SatelliteState> CarriedSky::state(gnss::SatelliteId id, geodesy::GpsTime t) const {
+std::optional<SatelliteState> CachedSky::state(gnss::SatelliteId id, geodesy::GpsTime t) const {
   const std::int64_t at_ns = geodesy::round_to(t, kStep_ns).nanoseconds();
-  const auto& carried = remembered<Carried>(number_, gnss::dense_index(id), at_ns, [&] {
+  const auto& carried = thread_cached<Carried>(number_, gnss::dense_index(id), at_ns, [&] {
     Carried made{sky_->state(id, geodesy::GpsTime::from_nanoseconds(at_ns))};
     if (made.state) made.acceleration = gravity_acceleration(*made.state);
     return made;

@@ -12,10 +12,10 @@ namespace canyon::orbit {
 /// computation. Within 2e-6 m and 5e-6 m/s of orbits with J2, 4e-6 m and 3e-5 m/s of others. The results do
 /// not depend on the order of requests or the number of threads. Within 0.25 s of the end of a validity a
 /// result may be that of the other side.
-class CarriedSky final : public Sky {
+class CachedSky final : public Sky {
  public:
   /// @param sky of satellites in free orbit; not null
-  explicit CarriedSky(std::shared_ptr<const Sky> sky);
+  explicit CachedSky(std::shared_ptr<const Sky> sky);
 
   [[nodiscard]] std::vector<gnss::SatelliteId> satellites() const override { return sky_->satellites(); }
   [[nodiscard]] std::optional<SatelliteState> state(gnss::SatelliteId id, geodesy::GpsTime t) const override;

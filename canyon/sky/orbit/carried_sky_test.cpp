@@ -34,7 +34,7 @@ struct Apart {
   double position_m = 0, velocity_mps = 0, clock_s = 0;
 };
 Apart apart(const std::shared_ptr<const Sky>& sky, geodesy::GpsTime from) {
-  const CarriedSky carried(sky);
+  const CachedSky carried(sky);
   EXPECT_EQ(carried.satellites(), sky->satellites());
   Apart maximum;
   int compared = 0;
@@ -54,7 +54,7 @@ Apart apart(const std::shared_ptr<const Sky>& sky, geodesy::GpsTime from) {
   return maximum;
 }
 
-TEST(CarriedSky, IsTheSkyWithinMicrometres) {
+TEST(CachedSky, IsTheSkyWithinMicrometres) {
   const Apart ellipse_error = apart(nominal(), kTime);
   EXPECT_LT(ellipse_error.position_m, 4e-6);
   EXPECT_LT(ellipse_error.velocity_mps, 3e-5);
@@ -67,8 +67,8 @@ TEST(CarriedSky, IsTheSkyWithinMicrometres) {
   EXPECT_LT(sent.clock_s, 1e-16);
 }
 
-TEST(CarriedSky, AnswersDoNotDependOnWhatWasAskedBefore) {
-  const CarriedSky one(nominal()), other(nominal());
+TEST(CachedSky, AnswersDoNotDependOnWhatWasAskedBefore) {
+  const CachedSky one(nominal()), other(nominal());
   const gnss::SatelliteId id{gnss::System::GPS, 5};
   const Eigen::Vector3d first = one.state(id, kTime + 0.123)->position_m;
   for (const double dt : {0.0, 7.0, -3.0, 0.1}) (void)other.state(id, kTime + dt);
@@ -78,7 +78,7 @@ TEST(CarriedSky, AnswersDoNotDependOnWhatWasAskedBefore) {
   EXPECT_EQ(in_thread, first);
 }
 
-TEST(CarriedSky, AValidityThatBeginsWithinAStepIsKept) {
+TEST(CachedSky, AValidityThatBeginsWithinAStepIsKept) {
   class Late final : public Sky {
    public:
     [[nodiscard]] std::vector<gnss::SatelliteId> satellites() const override {
@@ -90,13 +90,13 @@ TEST(CarriedSky, AValidityThatBeginsWithinAStepIsKept) {
     }
     [[nodiscard]] std::string source(gnss::SatelliteId, geodesy::GpsTime) const override { return "late"; }
   };
-  const CarriedSky sky(std::make_shared<Late>());
+  const CachedSky sky(std::make_shared<Late>());
   const gnss::SatelliteId id{gnss::System::GPS, 5};
   EXPECT_FALSE(sky.state(id, kTime + 0.04));
   EXPECT_TRUE(sky.state(id, kTime + 0.06));
   EXPECT_FALSE(sky.state({gnss::System::GPS, 63}, kTime + 1));
   EXPECT_EQ(sky.source(id, kTime), "late");
-  EXPECT_THROW(CarriedSky(nullptr), InputError);
+  EXPECT_THROW(CachedSky(nullptr), InputError);
 }
 
 }  // namespace

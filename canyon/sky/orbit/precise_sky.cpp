@@ -262,7 +262,7 @@ class Reader {
   Sp3File finish() {
     std::size_t good = result_.epochs.size();
     for (const auto& [id, records] : result_.records) good += records.size();
-    report().require_most(good);
+    report().require_majority(good);
     if (result_.epochs.empty()) throw file_.error("has no epoch");
     if (result_.records.empty()) throw file_.error("has no satellite of the chosen systems");
     if (announced_ > result_.epochs.size()) {

@@ -92,14 +92,14 @@ void spoil_vectors(Ephemeris& e, const MessageError& error) {
 
 }  // namespace
 
-WrongSky::WrongSky(std::shared_ptr<const Sky> truth, SatelliteFilter concerned, const MessageError& error)
+FaultySky::FaultySky(std::shared_ptr<const Sky> truth, SatelliteFilter concerned, const MessageError& error)
     : truth_(std::move(truth)), concerned_(std::move(concerned)), error_(error) {}
 
-std::vector<gnss::SatelliteId> WrongSky::satellites() const {
+std::vector<gnss::SatelliteId> FaultySky::satellites() const {
   return truth_->satellites();
 }
 
-std::optional<SatelliteState> WrongSky::state(gnss::SatelliteId id, geodesy::GpsTime t) const {
+std::optional<SatelliteState> FaultySky::state(gnss::SatelliteId id, geodesy::GpsTime t) const {
   const bool concerned = concerned_(id);
   if (concerned && error_.unhealthy) return std::nullopt;
   std::optional<SatelliteState> state = truth_->state(id, t);
@@ -111,7 +111,7 @@ std::optional<SatelliteState> WrongSky::state(gnss::SatelliteId id, geodesy::Gps
   return state;
 }
 
-std::string WrongSky::source(gnss::SatelliteId id, geodesy::GpsTime t) const {
+std::string FaultySky::source(gnss::SatelliteId id, geodesy::GpsTime t) const {
   const std::string source = truth_->source(id, t);
   return concerned_(id) ? source + (error_.unhealthy ? ", flagged as unhealthy" : ", with an error") : source;
 }

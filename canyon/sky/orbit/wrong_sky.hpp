@@ -22,10 +22,10 @@ struct MessageError {
 using SatelliteFilter = std::function<bool(gnss::SatelliteId)>;
 
 /// The sky of faulty navigation messages. Unhealthy satellites have no state, so receivers do not use them.
-class WrongSky final : public Sky {
+class FaultySky final : public Sky {
  public:
   /// @param truth not null
-  WrongSky(std::shared_ptr<const Sky> truth, SatelliteFilter concerned, const MessageError& error);
+  FaultySky(std::shared_ptr<const Sky> truth, SatelliteFilter concerned, const MessageError& error);
 
   [[nodiscard]] std::vector<gnss::SatelliteId> satellites() const override;
   [[nodiscard]] std::optional<SatelliteState> state(gnss::SatelliteId id, geodesy::GpsTime t) const override;

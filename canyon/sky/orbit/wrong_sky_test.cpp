@@ -33,12 +33,12 @@ std::shared_ptr<const Sky> truth() {
 }
 
 // The axes by their definition (radial, along, cross), and the velocity as the derivative of the position.
-TEST(WrongSky, MovesOneSatelliteInTheAxesOfItsOrbit) {
+TEST(FaultySky, MovesOneSatelliteInTheAxesOfItsOrbit) {
   MessageError error;
   error.orbit_m = {100, -200, 300};
   error.orbit_rate_mps = {0.5, 0.25, -0.125};
   error.since = kTime - 60;
-  const WrongSky sky(truth(), is_one, error);
+  const FaultySky sky(truth(), is_one, error);
   const SatelliteState right = *truth()->state(kOne, kTime), wrong = *sky.state(kOne, kTime);
   const Eigen::Vector3d inertial =
       right.velocity_mps + Eigen::Vector3d(0, 0, geodesy::kEarthRotationRate).cross(right.position_m);
@@ -59,17 +59,17 @@ TEST(WrongSky, MovesOneSatelliteInTheAxesOfItsOrbit) {
   EXPECT_EQ(sky.state(other, kTime)->position_m, truth()->state(other, kTime)->position_m);
 }
 
-TEST(WrongSky, SaysAWrongClockAndWhoIsUnhealthy) {
+TEST(FaultySky, SaysAWrongClockAndWhoIsUnhealthy) {
   MessageError error;
   error.clock_s = 1e-7;
   error.clock_drift = 1e-11;
   error.since = kTime - 100;
-  const WrongSky sky(truth(), is_one, error);
+  const FaultySky sky(truth(), is_one, error);
   EXPECT_NEAR(sky.state(kOne, kTime)->clock_bias_s - truth()->state(kOne, kTime)->clock_bias_s, 1.01e-7,
               1e-18);
   EXPECT_NEAR(sky.state(kOne, kTime)->clock_drift - truth()->state(kOne, kTime)->clock_drift, 1e-11, 1e-20);
   error.unhealthy = true;
-  EXPECT_FALSE(WrongSky(truth(), is_one, error).state(kOne, kTime));
+  EXPECT_FALSE(FaultySky(truth(), is_one, error).state(kOne, kTime));
 }
 
 // Messages agree with the sky: clocks and health exactly; orbits to first order in the eccentricity, 0.02 of
@@ -82,7 +82,7 @@ TEST(WrongMessages, SayTheSame) {
   error.clock_drift = 1e-11;
   error.since = kTime - 600;
   const auto all = [](SatelliteId) { return true; };
-  const WrongSky sky(truth(), all, error);
+  const FaultySky sky(truth(), all, error);
   const BroadcastSky reported(wrong_messages(messages(), all, error));
   int compared = 0;
   for (const SatelliteId id : sky.satellites()) {

@@ -104,7 +104,7 @@ Calibration calibrate(const std::vector<Drive>& drives, const CalibrateOptions& 
 namespace {
 
 /// Fractions of buildings with coated glass in the simulations.
-constexpr std::array kCoatedShares = {0.0, 0.35, 0.7};
+constexpr std::array kCoatedFractions = {0.0, 0.35, 0.7};
 
 }  // namespace
 
@@ -118,7 +118,7 @@ std::vector<Facades> open_facades(
     const std::function<std::unique_ptr<simulation::Environment>(const simulation::Scenario&)>& draw) {
   std::vector<Facades> facades;
   if (!unknowns::leaves_facades_open(scenario)) return facades;
-  for (const double fraction : kCoatedShares)
+  for (const double fraction : kCoatedFractions)
     facades.push_back({fraction, [=] { return draw(with_coated_glass(scenario, fraction)); }});
   return facades;
 }

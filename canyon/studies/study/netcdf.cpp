@@ -148,7 +148,7 @@ class Writer {
         kept_.push_back(variable);
       };
       define_kept("time_of_epoch", "s", "since the run's first epoch");
-      for (const output::Column* column : kept_columns())
+      for (const output::Column* column : stored_columns())
         define_kept(column->kept, column->cf_unit(), column->help);
       define_kept("way_of_epoch", "m", "that the antenna has gone since the run's first epoch");
     }
@@ -261,7 +261,7 @@ class Writer {
       for (std::size_t r = 0; r < receivers; ++r) {
         const ReceiverRecord* from = receiver(run, r);
         if (from == nullptr || from->kept.size() == 0) continue;
-        const KeptEpochs& kept = from->kept;
+        const StoredEpochs& kept = from->kept;
         const auto to = values.begin() + static_cast<std::ptrdiff_t>(r * epochs_);
         if (k == 0) {
           std::copy(kept.time_s.begin(), kept.time_s.end(), to);

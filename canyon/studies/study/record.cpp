@@ -59,13 +59,13 @@ std::size_t metric(std::string_view name) {
   return position_of(metrics(), name);
 }
 
-std::span<const output::Column* const> kept_columns() {
+std::span<const output::Column* const> stored_columns() {
   static const auto kept = kept_of(output::table(output::TableKind::Epochs).columns);
   return kept;
 }
 
 std::size_t kept_column(std::string_view name) {
-  return position_of(kept_columns(), name);
+  return position_of(stored_columns(), name);
 }
 
 std::size_t error_bin(double error_m) {
@@ -162,7 +162,7 @@ void RecordSink::write(const simulation::Epoch& epoch) {
     if (!available_m_ || error_m <= *available_m_) ++record.available[hour];
   }
   if (!keep_) return;
-  const auto columns = kept_columns();
+  const auto columns = stored_columns();
   record.kept.columns.resize(columns.size());
   for (std::size_t k = 0; k < columns.size(); ++k)
     record.kept.columns[k].push_back(static_cast<float>(columns[k]->value(output::Row{epoch})));

@@ -27,15 +27,15 @@ inline constexpr double kBinsPerDecade = 20, kMinError_m = 1e-3;
 [[nodiscard]] double error_edge_m(std::size_t bin);
 
 /// The columns of epochs that studies store (Column::kept).
-[[nodiscard]] std::span<const output::Column* const> kept_columns();
+[[nodiscard]] std::span<const output::Column* const> stored_columns();
 /// The index of a column in that list by Column::kept. Precondition: it is in the list.
 [[nodiscard]] std::size_t kept_column(std::string_view name);
 
 /// Stored epochs, by columns.
-struct KeptEpochs {
+struct StoredEpochs {
   std::vector<double> time_s;               ///< from the run's first epoch
   std::vector<float> travelled_m;           ///< distance travelled by the antenna since the first epoch
-  std::vector<std::vector<float>> columns;  ///< by kept_columns(), none without epochs; NaN: no value
+  std::vector<std::vector<float>> columns;  ///< by stored_columns(), none without epochs; NaN: no value
 
   [[nodiscard]] std::size_t size() const { return time_s.size(); }
 };
@@ -46,7 +46,7 @@ struct ReceiverRecord {
   std::vector<double> metrics;  ///< by metrics()
   std::array<std::uint32_t, kErrorBins> errors{};
   std::array<std::uint32_t, 24> epochs{}, available{};  ///< by hour of the day, UTC
-  KeptEpochs kept;                                      ///< not in the record's line
+  StoredEpochs kept;                                    ///< not in the record's line
 };
 
 struct RunRecord {

@@ -100,7 +100,7 @@ bool get_all(std::string_view& bytes, std::vector<T>& values, std::size_t count)
 /// Checksum of the names of stored columns: other versions of Canyon store other columns.
 std::uint32_t kept_names_crc() {
   std::string names;
-  for (const output::Column* column : kept_columns()) names.append(column->kept) += '\n';
+  for (const output::Column* column : stored_columns()) names.append(column->kept) += '\n';
   return crc_of(names);
 }
 
@@ -314,7 +314,7 @@ void read_epochs(const fs::path& folder, RunRecord& record) {
   for (ReceiverRecord& receiver : record.receivers) {
     std::uint64_t count = 0;
     if (!get(bytes, count) || count > bytes.size()) throw damaged();
-    if (count > 0) receiver.kept.columns.resize(kept_columns().size());
+    if (count > 0) receiver.kept.columns.resize(stored_columns().size());
     bool whole =
         get_all(bytes, receiver.kept.time_s, count) && get_all(bytes, receiver.kept.travelled_m, count);
     for (std::vector<float>& column : receiver.kept.columns) whole = whole && get_all(bytes, column, count);

@@ -116,7 +116,7 @@ Manifest manifest_of(const StudyPlan& plan) {
   manifest.title = study.file.stem().string();
   manifest.runs = plan.size();
   manifest.receivers = plan.receivers();
-  manifest.epochs = study.keep == Keep::Epochs;
+  manifest.epochs = study.keep == Retention::Epochs;
   manifest.seed = study.seed;
   manifest.confidence = study.confidence;
   manifest.bootstrap = study.bootstrap;
@@ -245,7 +245,7 @@ std::optional<RunRecord> RunMaker::make(std::size_t number, int threads,
         [this](const simulation::SkyConfig& config, geodesy::GpsTime begin, geodesy::GpsTime end,
                const geodesy::Geodetic& position) { return impl_->sky(config, begin, end, position); });
     record.notes = notes_of(simulation.report());
-    RecordSink sink(names, impl_->plan.study().available_m, impl_->plan.study().keep == Keep::Epochs);
+    RecordSink sink(names, impl_->plan.study().available_m, impl_->plan.study().keep == Retention::Epochs);
     simulation::RunOptions options;
     options.threads = threads;
     options.stop = stop;

@@ -392,8 +392,8 @@ TEST(StudyAlong, StretchesHaveTheErrorsOfAllRuns) {
       RunRecord record = made_up(i, std::to_string(i), "", 1);
       record.at.resize(1);
       for (int epoch = 0; epoch < 4; ++epoch) {
-        KeptEpochs& kept = record.receivers.front().kept;
-        kept.columns.resize(kept_columns().size());
+        StoredEpochs& kept = record.receivers.front().kept;
+        kept.columns.resize(stored_columns().size());
         kept.time_s.push_back(epoch);
         kept.travelled_m.push_back(5.0F * static_cast<float>(epoch));
         for (std::vector<float>& column : kept.columns) column.push_back(0);

@@ -135,7 +135,8 @@ void visit(options::Visitor& v, Study& o) {
     drives += axis.kind == Axis::Kind::Drives ? 1 : 0;
     unknowns += axis.kind == Axis::Kind::Unknowns ? 1 : 0;
   }
-  if (o.along_m && o.keep != Keep::Epochs) throw v.fault("along_m", "needs every epoch", "add keep: epochs");
+  if (o.along_m && o.keep != Retention::Epochs)
+    throw v.fault("along_m", "needs every epoch", "add keep: epochs");
   if (o.along_m && drives > 0)
     throw v.fault("along_m", "needs one route for all runs, but an axis has random drives",
                   "remove one of them");
@@ -376,13 +377,13 @@ simulation::Scenario StudyPlan::scenario(const StudyRun& run) const {
   } else {
     options::read(root, from, scenario);
   }
-  draw_unknowns(run, scenario);
+  sample_unknowns(run, scenario);
   if (!run.realization.empty())
     scenario.seed = fnv1a(fmt::format("{}\n{}", scenario.seed, run.realization)) & 0x7fffffffffffffffU;
   return scenario;
 }
 
-void StudyPlan::draw_unknowns(const StudyRun& run, simulation::Scenario& scenario) const {
+void StudyPlan::sample_unknowns(const StudyRun& run, simulation::Scenario& scenario) const {
   for (std::size_t i = 0; i < run.at.size(); ++i) {
     if (study_.axes[i].kind != Axis::Kind::Unknowns) continue;
     unknown_samples_->apply(static_cast<std::size_t>(*parse_integer(run.at[i].text)) - 1, scenario);
@@ -443,7 +444,7 @@ void StudyPlan::try_values() {
   key_ = hash_text(about + scenarios);
   epochs_ = estimated_epochs(plain, drives(), report_);
   bytes_ = static_cast<double>(size_) * static_cast<double>(receivers_.size()) *
-           (kBytesOfSummary + (study_.keep == Keep::Epochs ? kBytesOfEpoch * epochs_ : 0));
+           (kBytesOfSummary + (study_.keep == Retention::Epochs ? kBytesOfEpoch * epochs_ : 0));
 }
 
 void StudyPlan::check_size() const {
@@ -453,8 +454,8 @@ void StudyPlan::check_size() const {
       fmt::format("the study would write about {:.3g} GB ({} runs, {} receivers, {:.0f} epochs each), but "
                   "max_output_gb is {}",
                   bytes_ / 1e9, size_, receivers_.size(), epochs_, study_.max_output_gb),
-      study_.keep == Keep::Epochs ? "keep: summary, use fewer runs, or increase max_output_gb"
-                                  : "use fewer runs, or increase max_output_gb");
+      study_.keep == Retention::Epochs ? "keep: summary, use fewer runs, or increase max_output_gb"
+                                       : "use fewer runs, or increase max_output_gb");
 }
 
 }  // namespace canyon::study

@@ -18,7 +18,7 @@ enum class Design : std::uint8_t {
   Random,         ///< each point is sampled independently
   LatinHypercube  ///< of n points, each is alone in its stratum of 1/n of every axis
 };
-enum class Keep : std::uint8_t { Summary, Epochs };
+enum class Retention : std::uint8_t { Summary, Epochs };
 
 /// A study file: a scenario, and its varied parameters.
 struct Study {
@@ -28,7 +28,7 @@ struct Study {
   Design design = Design::Grid;
   std::optional<std::uint32_t> runs;  ///< points of a sample
   std::uint64_t seed = 1;             ///< of a sample's points, of drives and of the bootstrap
-  Keep keep = Keep::Summary;
+  Retention keep = Retention::Summary;
   std::optional<double> available_m;  ///< largest error of an available epoch; empty: any fix is available
   std::optional<double> along_m;      ///< errors along the route of all runs, in segments of this length
   std::uint64_t max_runs = 1'000'000;
@@ -85,7 +85,7 @@ class StudyPlan {
   void try_values();
   void check_size() const;
   [[nodiscard]] options::Document document(const std::vector<AxisValue>& at) const;
-  void draw_unknowns(const StudyRun& run, simulation::Scenario& scenario) const;
+  void sample_unknowns(const StudyRun& run, simulation::Scenario& scenario) const;
 
   Study study_;
   options::Node base_;  // the scenario's tree

@@ -459,7 +459,7 @@ std::vector<NeverTracked> never_tracked(const Comparison& comparison, double ele
   return result;
 }
 
-std::vector<Model> model_ladder(const simulation::ReceiverConfig& receiver) {
+std::vector<Model> cumulative_models(const simulation::ReceiverConfig& receiver) {
   simulation::ReceiverConfig step = receiver;
   propagation::PropagationOptions& paths = step.propagation;
   paths.model = propagation::Model::Mirror;
@@ -492,7 +492,7 @@ std::vector<Model> model_ladder(const simulation::ReceiverConfig& receiver) {
 
 std::vector<Model> models_of(const simulation::ReceiverConfig& receiver,
                              const std::vector<std::string>& keys) {
-  const std::vector<Model> ladder = model_ladder(receiver);
+  const std::vector<Model> ladder = cumulative_models(receiver);
   std::vector<std::string> known;
   for (const Model& model : ladder) known.push_back(model.key);
   for (const std::string& key : keys)

@@ -34,7 +34,7 @@ inline constexpr std::array kSides{Side::Measured, Side::Simulated};
 
 /// A value of each side.
 template <typename T>
-struct Sides {
+struct MeasuredAndSimulated {
   T measured{}, simulated{};
   [[nodiscard]] T& of(Side side) { return side == Side::Measured ? measured : simulated; }
   [[nodiscard]] const T& of(Side side) const { return side == Side::Measured ? measured : simulated; }
@@ -57,7 +57,7 @@ struct ComparedObservation {
 };
 
 /// One signal of a satellite at one epoch: measured, simulated or both.
-struct ComparedSignal : Sides<ComparedObservation> {
+struct ComparedSignal : MeasuredAndSimulated<ComparedObservation> {
   const gnss::Signal* signal = nullptr;  ///< of gnss::signals_of()
 };
 
@@ -79,7 +79,7 @@ struct ComparedSatellite : ComparedSignal {
     double excess_m = 0;  ///< code delay without noise
   };
   std::optional<Prediction> prediction;
-  Sides<bool> used;  ///< in the fixes
+  MeasuredAndSimulated<bool> used;  ///< in the fixes
   /// Further signals that it transmits (gnss::transmits()) and the recording or the simulated receiver has,
   /// in the order of gnss::signals_of(). Measured and simulated errors are relative to the clock from first
   /// signals, minus a constant for each signal: the median over the run of satellites that are clear, since
@@ -102,9 +102,9 @@ struct ComparedEpoch {
   /// (Registration::point_in_map()): it fits the map as drawn. Convert ENU vectors of fixes by
   /// Registration::direction_in_city().
   Eigen::Vector3d position_enu_m = Eigen::Vector3d::Zero();
-  std::size_t first = 0, count = 0;  ///< of Comparison::satellites
-  Sides<ComparedFix> fix;            ///< of single epochs
-  Sides<ComparedFix> filter;         ///< of the receiver's position filter, if it has one
+  std::size_t first = 0, count = 0;          ///< of Comparison::satellites
+  MeasuredAndSimulated<ComparedFix> fix;     ///< of single epochs
+  MeasuredAndSimulated<ComparedFix> filter;  ///< of the receiver's position filter, if it has one
   ClockSource clock = ClockSource::None;
   std::size_t segment = 0;  ///< of the street: Comparison::segments
 };
@@ -185,7 +185,7 @@ struct Model {
 /// order), second (and of second), tracking (strength of signals and the receiver's tracking, with
 /// `receiver`'s own SignalOptions), diffuse, ground, shadowing (by unmapped objects), diffraction. The last
 /// one has shadowing if `receiver` has. Parameters that a step does not change are `receiver`'s.
-[[nodiscard]] std::vector<Model> model_ladder(const simulation::ReceiverConfig& receiver);
+[[nodiscard]] std::vector<Model> cumulative_models(const simulation::ReceiverConfig& receiver);
 
 /// The ladder's models with these keys, in the ladder's order. Throws InputError for an unknown key, with the
 /// known ones.

@@ -502,10 +502,10 @@ TEST(Recording, SaysWhatIsWrong) {
 TEST(Models, EachAddsToTheOneBefore) {
   const simulation::ReceiverConfig receiver;
   std::vector<std::string> keys;
-  for (const Model& m : model_ladder(receiver)) keys.push_back(m.key);
+  for (const Model& m : cumulative_models(receiver)) keys.push_back(m.key);
   EXPECT_THAT(keys, ElementsAre("mirror", "specular", "second", "tracking", "diffuse", "ground", "shadowing",
                                 "diffraction"));
-  for (const Model& m : model_ladder(receiver)) EXPECT_NO_THROW(m.receiver.propagation.validate());
+  for (const Model& m : cumulative_models(receiver)) EXPECT_NO_THROW(m.receiver.propagation.validate());
   const auto two = models_of(receiver, {"diffuse", "mirror"});
   ASSERT_EQ(two.size(), 2U);
   EXPECT_EQ(two[0].key, "mirror");

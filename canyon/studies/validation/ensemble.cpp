@@ -37,13 +37,13 @@ double interval_score(const Five& five, double truth) {
 }
 
 /// The distance from the recorded value in units of the range, as in the point's headline.
-std::optional<double> distance_of(const Headline& point, double simulated) {
-  Headline h = point;
+std::optional<double> distance_of(const KeyMetric& point, double simulated) {
+  KeyMetric h = point;
   h.simulated = simulated;
   return h.distance();
 }
 
-void add_scores(const Headline& point, const std::vector<double>& values, EnsembleMetric& metric) {
+void add_scores(const KeyMetric& point, const std::vector<double>& values, EnsembleMetric& metric) {
   std::vector<double> distances;
   for (const double value : values) {
     const auto distance = distance_of(point, value);
@@ -99,11 +99,11 @@ Json coverage_json(const Coverage& sum) {
 
 std::vector<EnsembleMetric> ensemble_metrics(const EnsembleRow& row) {
   std::vector<EnsembleMetric> metrics;
-  for (const Headline& point : row.point) {
+  for (const KeyMetric& point : row.point) {
     if (!point.pair() || !point.measured) continue;
     std::vector<double> values;
     for (const EnsembleRow::EnsembleSample& draw : row.samples) {
-      const Headline* h = headline_with(draw.headlines, point.info.key);
+      const KeyMetric* h = headline_with(draw.key_metrics, point.info.key);
       if (h != nullptr && h->simulated) values.push_back(*h->simulated);
     }
     if (values.size() < 2) continue;
@@ -168,7 +168,7 @@ std::string ensemble_json(const std::vector<EnsembleRow>& rows) {
     for (const EnsembleRow::EnsembleSample& draw : row.samples) {
       Json unknowns = Json::object(), values = Json::object();
       for (const auto& [name, value] : draw.values) unknowns[name] = value;
-      for (const Headline& h : draw.headlines) values[h.info.key] = h.simulated;
+      for (const KeyMetric& h : draw.key_metrics) values[h.info.key] = h.simulated;
       samples.push_back({{"unknowns", std::move(unknowns)}, {"figures", std::move(values)}});
     }
     json["recordings"].push_back({{"name", row.name},

@@ -16,10 +16,10 @@ struct EnsembleRow {
   std::string name;
   std::string part;                   ///< describe_part()
   std::vector<std::string> unknowns;  ///< sampled parameters: "level: -10 to 6 dB, uniform"
-  std::vector<Headline> point;        ///< with the settings as they are
+  std::vector<KeyMetric> point;       ///< with the settings as they are
   struct EnsembleSample {
     std::map<std::string, double> values;  ///< of the unknowns
-    std::vector<Headline> headlines;       ///< in the order of `point`
+    std::vector<KeyMetric> key_metrics;    ///< in the order of `point`
   };
   std::vector<EnsembleSample> samples;
 };

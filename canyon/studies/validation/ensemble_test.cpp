@@ -10,7 +10,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-Headline headline_of(const char* key, std::optional<double> measured, std::optional<double> simulated) {
+KeyMetric headline_of(const char* key, std::optional<double> measured, std::optional<double> simulated) {
   return {
       {key, key, 1, MetricInfo::Kind::Pair, nullptr, metric_info(key)->range}, measured, simulated, {}, {}};
 }

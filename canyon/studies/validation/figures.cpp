@@ -45,7 +45,7 @@ struct ByView {
 /// Observations of one signal by both receivers.
 struct ObservationSample {
   std::array<TrackedFraction, 2> tracked;  ///< LOS, NLOS
-  Sides<ByView> error, cn0;
+  MeasuredAndSimulated<ByView> error, cn0;
 
   void add(Side side, bool nlos, const ComparedSignal& s) {
     TrackedFraction& weights = tracked[nlos ? 1 : 0];
@@ -271,7 +271,7 @@ std::vector<SignalMetrics> signal_metrics(const Comparison& comparison, std::siz
 
   const double interval_s = interval_of(std::span(comparison.epochs).subspan(first, count));
   std::map<const gnss::Signal*, ObservationSample> samples;
-  Sides<PhaseSamples> phases;
+  MeasuredAndSimulated<PhaseSamples> phases;
   const auto walk = [&](Side side, const Comparison& run) {
     PhaseWalk along(interval_s, phases.of(side));
     for (std::size_t e = first; e < first + count; ++e) {
@@ -439,7 +439,7 @@ class Collector {
   }
 
   /// One kind of fix of the comparisons' epochs [first, first + count).
-  using FixKind = Sides<ComparedFix> ComparedEpoch::*;
+  using FixKind = MeasuredAndSimulated<ComparedFix> ComparedEpoch::*;
   [[nodiscard]] std::vector<ComparedFix> fixes(FixKind kind, Side side, std::size_t first,
                                                std::size_t count) const {
     std::vector<ComparedFix> all;
@@ -448,7 +448,8 @@ class Collector {
         all.insert(all.end(), times_of(e - first_), (one.epochs[e].*kind).of(side));
     return all;
   }
-  [[nodiscard]] Sides<PositionMetrics> positions(FixKind kind, std::size_t first, std::size_t count) const {
+  [[nodiscard]] MeasuredAndSimulated<PositionMetrics> positions(FixKind kind, std::size_t first,
+                                                                std::size_t count) const {
     return {position_metrics(fixes(kind, Side::Measured, first, count)),
             position_metrics(fixes(kind, Side::Simulated, first, count))};
   }
@@ -477,7 +478,7 @@ class Collector {
   std::array<ByView, 3> band_error_, band_weakness_;
   ObservationSample sample_;
   ByView weakness_;
-  Sides<std::vector<double>> used_, tracked_;  ///< satellites of a fix, and of an epoch
+  MeasuredAndSimulated<std::vector<double>> used_, tracked_;  ///< satellites of a fix, and of an epoch
   std::vector<RankedSample::Item> ranked_error_, ranked_weakness_;
 };
 
@@ -535,15 +536,15 @@ PositionMetrics reported_fix_metrics(const Recording& recording, const Compariso
   return metrics;
 }
 
-std::vector<Headline> headlines(const Comparison& comparison, std::size_t first, std::size_t count) {
-  return headlines(Collector(comparison, first, count, {}).headline_metrics());
+std::vector<KeyMetric> key_metrics(const Comparison& comparison, std::size_t first, std::size_t count) {
+  return key_metrics(Collector(comparison, first, count, {}).headline_metrics());
 }
 
-std::vector<Headline> headlines_by_other_part(const Comparison& comparison, std::size_t first,
-                                              std::size_t count, std::size_t other_first,
-                                              std::size_t other_count) {
+std::vector<KeyMetric> headlines_by_other_part(const Comparison& comparison, std::size_t first,
+                                               std::size_t count, std::size_t other_first,
+                                               std::size_t other_count) {
   const auto measured_headlines = [&comparison](std::size_t begin, std::size_t n) {
-    return headlines(Collector(comparison, begin, n, {}).headline_metrics());
+    return key_metrics(Collector(comparison, begin, n, {}).headline_metrics());
   };
   // Distances of distributions: measured values of one part, and those of the other as the simulated ones.
   Comparison both;
@@ -564,9 +565,9 @@ std::vector<Headline> headlines_by_other_part(const Comparison& comparison, std:
   };
   add(first, count, false);
   add(other_first, other_count, true);
-  std::vector<Headline> result = headlines(Collector(both, 0, both.epochs.size(), {}).headline_metrics());
-  const std::vector<Headline> own = measured_headlines(first, count),
-                              other = measured_headlines(other_first, other_count);
+  std::vector<KeyMetric> result = key_metrics(Collector(both, 0, both.epochs.size(), {}).headline_metrics());
+  const std::vector<KeyMetric> own = measured_headlines(first, count),
+                               other = measured_headlines(other_first, other_count);
   for (std::size_t i = 0; i < result.size(); ++i) {
     if (!result[i].pair()) continue;
     result[i].measured = own[i].measured;
@@ -575,15 +576,15 @@ std::vector<Headline> headlines_by_other_part(const Comparison& comparison, std:
   return result;
 }
 
-void add_intervals(std::vector<Headline>& headlines_of_all, const Comparison& comparison, std::size_t first,
+void add_intervals(std::vector<KeyMetric>& headlines_of_all, const Comparison& comparison, std::size_t first,
                    std::size_t count, const MetricOptions& options, std::span<const Comparison> runs) {
   assert(first + count <= comparison.epochs.size());
   const auto samples =
       stream_name(std::span<const ComparedEpoch>(comparison.epochs).subspan(first, count), options);
   std::vector<std::array<std::vector<double>, 2>> values(headlines_of_all.size());
   for (const auto& times : samples) {
-    const std::vector<Headline> sampled =
-        headlines(Collector(comparison, first, count, runs, times).headline_metrics());
+    const std::vector<KeyMetric> sampled =
+        key_metrics(Collector(comparison, first, count, runs, times).headline_metrics());
     for (std::size_t k = 0; k < std::min(sampled.size(), values.size()); ++k) {
       if (sampled[k].measured) values[k][0].push_back(*sampled[k].measured);
       if (sampled[k].simulated) values[k][1].push_back(*sampled[k].simulated);

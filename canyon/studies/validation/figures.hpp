@@ -28,12 +28,12 @@ struct QuantileSummary {
   std::size_t n = 0;
   std::array<double, 5> at = kNoQuantiles;  ///< kQuantiles
 };
-struct DistributionPair : Sides<QuantileSummary> {
+struct DistributionPair : MeasuredAndSimulated<QuantileSummary> {
   std::optional<double> ks;  ///< Kolmogorov-Smirnov distance
 };
 
 /// LOS or NLOS satellites (in the city) above the mask, and how many of them are tracked.
-struct TrackedFraction : Sides<std::size_t> {
+struct TrackedFraction : MeasuredAndSimulated<std::size_t> {
   std::size_t satellites = 0;
   [[nodiscard]] std::optional<double> ratio(Side side) const;  ///< empty without satellites
 };
@@ -97,8 +97,8 @@ struct PhaseMetrics {
 /// One signal of one system. Has no observations unless it is both recorded and tracked.
 struct SignalMetrics : ObservationMetrics {
   const gnss::Signal* signal = nullptr;
-  bool recorded = false, tracked = false;  ///< Comparison::recorded, tracked
-  Sides<PhaseMetrics> phase;               ///< of several runs: pooled
+  bool recorded = false, tracked = false;    ///< Comparison::recorded, tracked
+  MeasuredAndSimulated<PhaseMetrics> phase;  ///< of several runs: pooled
   [[nodiscard]] bool judged() const { return recorded && tracked; }
   [[nodiscard]] std::string name() const;  ///< "GPS L2C"
   [[nodiscard]] bool first() const;        ///< the one near L1, to which the other metrics refer
@@ -107,7 +107,7 @@ struct SignalMetrics : ObservationMetrics {
 struct SegmentMetrics {
   std::size_t street = 0;  ///< number of the whole recording's segment, from 1
   StreetSegment segment;
-  Sides<PositionMetrics> position;
+  MeasuredAndSimulated<PositionMetrics> position;
 };
 
 /// All metrics of `canyon validate` of one model on one part of a recording. Measured observations are those
@@ -126,10 +126,10 @@ struct ModelMetrics : ObservationMetrics {  ///< of each system's first signal
   /// Correlation of the numbers of satellites with a first signal, measured and simulated, over epochs where
   /// both have some.
   std::optional<RankCorrelation> tracked_over_time;
-  Sides<PositionMetrics> position;       ///< of single epochs
-  Sides<PositionMetrics> filtered;       ///< no epochs if the receiver has no filter
-  std::vector<SegmentMetrics> segments;  ///< of at least 10 epochs
-  std::vector<SignalMetrics> signals;    ///< by system, then in the order of gnss::signals_of()
+  MeasuredAndSimulated<PositionMetrics> position;  ///< of single epochs
+  MeasuredAndSimulated<PositionMetrics> filtered;  ///< no epochs if the receiver has no filter
+  std::vector<SegmentMetrics> segments;            ///< of at least 10 epochs
+  std::vector<SignalMetrics> signals;              ///< by system, then in the order of gnss::signals_of()
   /// Positions that the recorded receiver reported by NMEA; its satellites are not known: mean_used is NaN.
   std::optional<PositionMetrics> reported_fixes;
   std::vector<NeverTracked> never_tracked;  ///< in the whole recording; set by the caller of never_tracked()

@@ -438,9 +438,9 @@ TEST(ModelMetrics, IntervalsAreThoseOfTheBootstrap) {
   EXPECT_TRUE(f.by_cn0_interval);
 }
 
-const Headline& headline(const std::vector<Headline>& all, const std::string& key) {
+const KeyMetric& headline(const std::vector<KeyMetric>& all, const std::string& key) {
   const auto at =
-      std::find_if(all.begin(), all.end(), [&key](const Headline& h) { return h.info.key == key; });
+      std::find_if(all.begin(), all.end(), [&key](const KeyMetric& h) { return h.info.key == key; });
   if (at == all.end()) throw std::out_of_range(key);
   return *at;
 }
@@ -457,7 +457,7 @@ TEST(Headlines, ByHand) {
   }
   hand.comparison.epochs[0].fix.measured = {true, {3, 4, 100}, 7};
   hand.comparison.epochs[0].fix.simulated = {true, {0, 2, 1}, 8};
-  const std::vector<Headline> all = headlines(hand.metrics());
+  const std::vector<KeyMetric> all = key_metrics(hand.metrics());
   EXPECT_EQ(headline(all, "horizontal_p50_m").measured, 5);
   EXPECT_EQ(headline(all, "horizontal_p95_m").simulated, 2);
   EXPECT_EQ(headline(all, "tracked_los").simulated, 1);
@@ -469,8 +469,8 @@ TEST(Headlines, ByHand) {
   EXPECT_NEAR(*headline(all, "ks_cn0_los").simulated, 2.0 / 3, 1e-12);  // below 44: two of three against none
   EXPECT_EQ(headline(all, "satellites_used").simulated, 8);
   EXPECT_FALSE(headline(all, "spearman").simulated);
-  EXPECT_EQ(all.size(), headlines(ModelMetrics{}).size());
-  const std::vector<Headline> direct = headlines(hand.comparison, 0, 1);
+  EXPECT_EQ(all.size(), key_metrics(ModelMetrics{}).size());
+  const std::vector<KeyMetric> direct = key_metrics(hand.comparison, 0, 1);
   ASSERT_EQ(direct.size(), all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     EXPECT_EQ(direct[i].measured, all[i].measured) << all[i].info.key;
@@ -480,12 +480,12 @@ TEST(Headlines, ByHand) {
 
 TEST(Headlines, IntervalsAreThoseOfTheBootstrap) {
   const Hand hand = random_comparison();
-  std::vector<Headline> all = headlines(hand.metrics());
+  std::vector<KeyMetric> all = key_metrics(hand.metrics());
   add_intervals(all, hand.comparison, 0, hand.comparison.epochs.size(), few_resamples());
   const auto interval = bootstrap(
       hand.comparison, [](const auto& s) { return s.cn0_dbhz; },
       [](const auto& los, const auto& nlos) { return *median(los) - *median(nlos); });
-  const Headline& h = headline(all, "cn0_los_less_nlos_db");
+  const KeyMetric& h = headline(all, "cn0_los_less_nlos_db");
   ASSERT_TRUE(h.measured_interval && interval);
   EXPECT_NEAR(h.measured_interval->low, interval->low, 1e-12);
   EXPECT_NEAR(h.measured_interval->high, interval->high, 1e-12);
@@ -532,9 +532,10 @@ TEST(Headlines, ByAnotherPartOfTheRecording) {
     epoch.fix.measured = {true, Eigen::Vector3d(e < 2 ? 3 : 8, 0, 0), e < 2 ? 7 : 9};
     epoch.fix.simulated = {true, Eigen::Vector3d(99, 0, 0), 1};
   }
-  const std::vector<Headline> found = headlines_by_other_part(hand.comparison, 2, 2, 0, 2);
+  const std::vector<KeyMetric> found = headlines_by_other_part(hand.comparison, 2, 2, 0, 2);
   const auto of = [&found](const std::string& key) {
-    return *std::find_if(found.begin(), found.end(), [&key](const Headline& h) { return h.info.key == key; });
+    return *std::find_if(found.begin(), found.end(),
+                         [&key](const KeyMetric& h) { return h.info.key == key; });
   };
   EXPECT_DOUBLE_EQ(*of("tracked_los").measured, 1);
   EXPECT_DOUBLE_EQ(*of("tracked_los").simulated, 0.5);
@@ -553,12 +554,12 @@ TEST(Headlines, ByAnotherPartOfTheRecording) {
 
 TEST(RecordingTable, RowsAndTheirIntervals) {
   RecordingRow tst{"tst", "mass market", {}, "second half", "never tracked: C07", "{}", {}};
-  Headline p50{{"p50_m", "p50 [m]", 1, MetricInfo::Kind::Pair}, 8.46, 1.54, Interval{6, 9}, Interval{1, 2}};
-  const Headline ks{{"ks", "KS", 2}, {}, 0.156, {}, Interval{0.1, 0.2}};
-  tst.headlines = {p50, ks};
+  KeyMetric p50{{"p50_m", "p50 [m]", 1, MetricInfo::Kind::Pair}, 8.46, 1.54, Interval{6, 9}, Interval{1, 2}};
+  const KeyMetric ks{{"ks", "KS", 2}, {}, 0.156, {}, Interval{0.1, 0.2}};
+  tst.key_metrics = {p50, ks};
   RecordingRow berlin{"berlin", "mass market", {}, "all", "", R"({"models": []})", {}};
   p50.measured.reset();
-  berlin.headlines = {p50};
+  berlin.key_metrics = {p50};
   RecordingRow both{"all mass market", "mass market", {ks}, "", "", "", {"tst", "berlin"}};
   const std::vector<RecordingRow> rows{tst, berlin, both};
   const std::string table = to_text(rows);

@@ -107,7 +107,7 @@ Json json_of(const PhaseMetrics& p) {
 }
 
 template <typename T>
-Json json_of(const Sides<T>& sides) {
+Json json_of(const MeasuredAndSimulated<T>& sides) {
   return {{"measured", json_of(sides.measured)}, {"simulated", json_of(sides.simulated)}};
 }
 
@@ -291,7 +291,7 @@ Row quantiles_row(const std::string& name, const std::array<double, 5>& q) {
   for (const double value : q) row.push_back(shown(value, 1));
   return row;
 }
-std::vector<Row> error_rows(const Sides<PositionMetrics>& position) {
+std::vector<Row> error_rows(const MeasuredAndSimulated<PositionMetrics>& position) {
   std::vector<Row> rows;
   for (const auto& [name, errors] :
        {std::pair("Horizontal", &PositionMetrics::horizontal_m), {"Vertical", &PositionMetrics::vertical_m}})

@@ -99,7 +99,7 @@ constexpr MetricInfo kMetrics[]{
 
 /// Both numbers of a headline, each formatted by `show`.
 template <typename Value, typename Show>
-std::string pair_text(const Headline& h, const Value& measured, const Value& simulated, const Show& show) {
+std::string pair_text(const KeyMetric& h, const Value& measured, const Value& simulated, const Show& show) {
   const auto shown = [&show](const Value& value) { return value ? show(*value) : std::string("-"); };
   if (!h.pair() || (!measured && !simulated)) return shown(simulated);
   return fmt::format("{} ({})", shown(simulated), shown(measured));
@@ -119,12 +119,12 @@ double MetricRange::distance(double compared) const {
   return std::log(compared) / (compared < 1 ? -std::log(low) : std::log(end));
 }
 
-std::optional<double> Headline::distance() const {
+std::optional<double> KeyMetric::distance() const {
   const Number compared = info.range.compared(measured, simulated);
   return compared ? Number(info.range.distance(*compared)) : std::nullopt;
 }
 
-std::optional<bool> Headline::within() const {
+std::optional<bool> KeyMetric::within() const {
   constexpr double kRounding = 1e-9;
   const Number away = distance();
   return away ? std::optional(std::abs(*away) <= 1 + kRounding) : std::nullopt;
@@ -146,14 +146,14 @@ const MetricInfo* metric_info(std::string_view key) {
   return at != std::end(kMetrics) ? &*at : nullptr;
 }
 
-Headline headline(const MetricInfo& info, const ModelMetrics& f) {
-  Headline h{info, {}, info.value(f, Side::Simulated), {}, {}};
+KeyMetric headline(const MetricInfo& info, const ModelMetrics& f) {
+  KeyMetric h{info, {}, info.value(f, Side::Simulated), {}, {}};
   if (h.pair()) h.measured = info.value(f, Side::Measured);
   return h;
 }
 
-std::vector<Headline> headlines(const ModelMetrics& f) {
-  std::vector<Headline> result;
+std::vector<KeyMetric> key_metrics(const ModelMetrics& f) {
+  std::vector<KeyMetric> result;
   for (const MetricInfo& info : kMetrics) {
     const bool shown = info.kind != Kind::OfModel && (info.kind != Kind::ReportedFixes || f.reported_fixes);
     if (shown) result.push_back(headline(info, f));
@@ -161,18 +161,18 @@ std::vector<Headline> headlines(const ModelMetrics& f) {
   return result;
 }
 
-const Headline* headline_with(const std::vector<Headline>& headlines, std::string_view key) {
-  const auto at = std::find_if(headlines.begin(), headlines.end(),
-                               [key](const Headline& h) { return h.info.key == key; });
-  return at != headlines.end() ? &*at : nullptr;
+const KeyMetric* headline_with(const std::vector<KeyMetric>& key_metrics, std::string_view key) {
+  const auto at = std::find_if(key_metrics.begin(), key_metrics.end(),
+                               [key](const KeyMetric& h) { return h.info.key == key; });
+  return at != key_metrics.end() ? &*at : nullptr;
 }
 
-std::string value_text(const Headline& h) {
+std::string value_text(const KeyMetric& h) {
   return pair_text(h, h.measured, h.simulated,
                    [&h](double value) { return fmt::format("{:.{}f}", value, h.info.decimals); });
 }
 
-std::string interval_text(const Headline& h) {
+std::string interval_text(const KeyMetric& h) {
   return pair_text(h, h.measured_interval, h.simulated_interval, [&h](const Interval& i) {
     return fmt::format("{:.{}f} to {:.{}f}", i.low, h.info.decimals, i.high, h.info.decimals);
   });

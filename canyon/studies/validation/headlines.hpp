@@ -54,7 +54,7 @@ struct MetricInfo {
 [[nodiscard]] const MetricInfo* metric_info(std::string_view key);
 
 /// A key metric of a recording in a table of several.
-struct Headline {
+struct KeyMetric {
   MetricInfo info;
   std::optional<double> measured, simulated;  ///< without pair(): `simulated` has the value of both together
   std::optional<Interval> measured_interval, simulated_interval;  ///< 95 %, blocks of time
@@ -68,28 +68,28 @@ struct Headline {
   /// Whether it is in its range (docs/results.md has them); empty as distance().
   [[nodiscard]] std::optional<bool> within() const;
 };
-[[nodiscard]] Headline headline(const MetricInfo& info, const ModelMetrics& metrics);
+[[nodiscard]] KeyMetric headline(const MetricInfo& info, const ModelMetrics& metrics);
 /// Headlines without intervals, always the same ones in the same order; those of reported fixes, if any, are
 /// last.
-[[nodiscard]] std::vector<Headline> headlines(const ModelMetrics& metrics);
-/// headlines() of metrics() of these epochs, without the metrics that have no headline.
-[[nodiscard]] std::vector<Headline> headlines(const Comparison& comparison, std::size_t first,
-                                              std::size_t count);
+[[nodiscard]] std::vector<KeyMetric> key_metrics(const ModelMetrics& metrics);
+/// key_metrics() of metrics() of these epochs, without the metrics that have no headline.
+[[nodiscard]] std::vector<KeyMetric> key_metrics(const Comparison& comparison, std::size_t first,
+                                                 std::size_t count);
 /// Uses the recording's own epochs [other_first, other_first + other_count) in place of the simulated ones:
 /// how well one part of a recording predicts another, as a bound for models fitted to it. Without
 /// explanations of single errors.
-[[nodiscard]] std::vector<Headline> headlines_by_other_part(const Comparison& comparison, std::size_t first,
-                                                            std::size_t count, std::size_t other_first,
-                                                            std::size_t other_count);
+[[nodiscard]] std::vector<KeyMetric> headlines_by_other_part(const Comparison& comparison, std::size_t first,
+                                                             std::size_t count, std::size_t other_first,
+                                                             std::size_t other_count);
 /// Their intervals: the metrics recomputed from blocks of epochs resampled with replacement. None for
 /// reported fixes. @param headlines_of_all of these epochs and runs, as for metrics()
-void add_intervals(std::vector<Headline>& headlines_of_all, const Comparison& comparison, std::size_t first,
+void add_intervals(std::vector<KeyMetric>& headlines_of_all, const Comparison& comparison, std::size_t first,
                    std::size_t count, const MetricOptions& options, std::span<const Comparison> runs = {});
 /// The headline with that key; null if there is none.
-[[nodiscard]] const Headline* headline_with(const std::vector<Headline>& headlines, std::string_view key);
+[[nodiscard]] const KeyMetric* headline_with(const std::vector<KeyMetric>& key_metrics, std::string_view key);
 /// "2.3 (8.5)": simulated, with measured in brackets; "-" for missing values. Interval: "1.9 to 3.1 (6.0 to
 /// 9.2)".
-[[nodiscard]] std::string value_text(const Headline& headline);
-[[nodiscard]] std::string interval_text(const Headline& headline);
+[[nodiscard]] std::string value_text(const KeyMetric& headline);
+[[nodiscard]] std::string interval_text(const KeyMetric& headline);
 
 }  // namespace canyon::validation

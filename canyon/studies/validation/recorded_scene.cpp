@@ -57,8 +57,8 @@ RecordedScene read_recorded_scene(simulation::Scenario& scenario, const ListedRe
   return scene;
 }
 
-std::unique_ptr<simulation::Environment> RedrawnCity::draw(const simulation::BuiltSky& sky,
-                                                           simulation::Scenario scenario) {
+std::unique_ptr<simulation::Environment> ResampledCity::draw(const simulation::BuiltSky& sky,
+                                                             simulation::Scenario scenario) {
   if (!source_) source_ = simulation::load_city_source(simulation::city_config(scenario));
   scenario.city.georeference = {};
   return std::make_unique<simulation::Environment>(simulation::make_environment(

@@ -66,7 +66,7 @@ void resolve_truth(const simulation::Scenario& scenario, ListedRecording& files,
                                                 bool atmosphere);
 
 /// A scenario's city, resampled under a recording's sky. The map's files are read at the first call.
-class RedrawnCity {
+class ResampledCity {
  public:
   /// The city of `scenario`, sampled by its seed, at its position in the map: the georeference is not
   /// sampled. @param scenario of the same map in every call

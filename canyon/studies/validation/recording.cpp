@@ -193,7 +193,7 @@ void add_reported_fixes(const std::filesystem::path& nmea, const simulation::Tra
                         Recording& recording) {
   simulation::RecordedPath own =
       simulation::read_recorded_path(nmea, "nmea", recording.residuals.epochs.front().reception, heights);
-  simulation::keep_rising(own);
+  simulation::drop_unordered(own);
   for (const auto& [time, position, line] : own.points) {
     if (!truth.covers(time)) continue;
     const geodesy::Geodetic antenna = simulation::mounted_antenna(truth.at(time), lever_arm_m).position;

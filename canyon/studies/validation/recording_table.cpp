@@ -14,9 +14,9 @@ Json ends(const std::optional<Interval>& interval) {
   return interval ? Json{interval->low, interval->high} : Json();
 }
 
-Json headlines_json(const std::vector<Headline>& headlines) {
+Json headlines_json(const std::vector<KeyMetric>& key_metrics) {
   Json json = Json::object();
-  for (const Headline& h : headlines) {
+  for (const KeyMetric& h : key_metrics) {
     if (h.pair()) {
       json[h.info.key] = {{"measured", h.measured},
                           {"measured_interval_95", ends(h.measured_interval)},
@@ -31,10 +31,10 @@ Json headlines_json(const std::vector<Headline>& headlines) {
 
 }  // namespace
 
-std::vector<Headline> headlines_of(const std::vector<RecordingRow>& rows) {
-  std::vector<Headline> all;
+std::vector<KeyMetric> headlines_of(const std::vector<RecordingRow>& rows) {
+  std::vector<KeyMetric> all;
   for (const RecordingRow& row : rows) {
-    for (const Headline& h : row.headlines)
+    for (const KeyMetric& h : row.key_metrics)
       if (headline_with(all, h.info.key) == nullptr) all.push_back(h);
   }
   return all;
@@ -49,15 +49,15 @@ std::string description_of(const RecordingRow& row) {
 }
 
 std::string to_text(const std::vector<RecordingRow>& rows) {
-  const std::vector<Headline> columns = headlines_of(rows);
+  const std::vector<KeyMetric> columns = headlines_of(rows);
   TextRow head{"recording"};
-  for (const Headline& column : columns) head.emplace_back(column.info.title);
+  for (const KeyMetric& column : columns) head.emplace_back(column.info.title);
   std::vector<TextRow> lines;
   for (const RecordingRow& row : rows) {
-    const auto line = [&](const std::string& name, std::string (*show)(const Headline&)) {
+    const auto line = [&](const std::string& name, std::string (*show)(const KeyMetric&)) {
       TextRow& cells = lines.emplace_back(TextRow{name});
-      for (const Headline& column : columns) {
-        const Headline* h = headline_with(row.headlines, column.info.key);
+      for (const KeyMetric& column : columns) {
+        const KeyMetric* h = headline_with(row.key_metrics, column.info.key);
         cells.push_back(h != nullptr ? show(*h) : "-");
       }
     };
@@ -76,11 +76,11 @@ std::string to_json(const std::vector<RecordingRow>& rows) {
     if (!row.pooled.empty()) {
       json["classes"].push_back({{"class", row.receiver_class},
                                  {"recordings", row.pooled},
-                                 {"headlines", headlines_json(row.headlines)}});
+                                 {"headlines", headlines_json(row.key_metrics)}});
       continue;
     }
     Json one{{"name", row.name}, {"class", row.receiver_class}};
-    one["headlines"] = headlines_json(row.headlines);
+    one["headlines"] = headlines_json(row.key_metrics);
     const Json metrics = Json::parse(row.metrics_json);
     for (const auto& [key, value] : metrics.members()) one[key] = value;
     json["recordings"].push_back(std::move(one));
@@ -95,7 +95,7 @@ std::string text_of(const Score& score) {
 }
 
 /// The value with its interval, and whether it is in its range.
-std::string judged_text(const Headline& h, bool within) {
+std::string judged_text(const KeyMetric& h, bool within) {
   std::string text = value_text(h);
   if (const auto& i = h.simulated_interval)
     text += fmt::format(", {:.{}f} to {:.{}f}", i->low, h.info.decimals, i->high, h.info.decimals);
@@ -104,9 +104,9 @@ std::string judged_text(const Headline& h, bool within) {
 
 }  // namespace
 
-Score score_of(const std::vector<Headline>& headlines) {
+Score score_of(const std::vector<KeyMetric>& key_metrics) {
   Score score;
-  for (const Headline& h : headlines) {
+  for (const KeyMetric& h : key_metrics) {
     const std::optional<bool> within = h.within();
     score.of += within.has_value();
     score.within += within.value_or(false);
@@ -123,7 +123,7 @@ std::string seed_scores(const std::vector<SeedRows>& seeds) {
     TextRow& line = lines.emplace_back(TextRow{fmt::format("{}", each.seed)});
     for (const RecordingRow& row : each.rows) {
       if (!row.pooled.empty()) continue;
-      const Score score = score_of(row.headlines);
+      const Score score = score_of(row.key_metrics);
       line.push_back(text_of(score));
       all += score;
       if (&each == &seeds.front()) head.push_back(row.name);
@@ -146,7 +146,7 @@ std::string score_card(const std::vector<RecordingRow>& rows) {
   Score all;
   for (const RecordingRow* row : recordings) {
     head.push_back(row->name);
-    const Score score = score_of(row->headlines);
+    const Score score = score_of(row->key_metrics);
     sums.push_back(text_of(score));
     all += score;
   }
@@ -155,7 +155,7 @@ std::string score_card(const std::vector<RecordingRow>& rows) {
     const bool ratio = info.range.of == MetricRange::Of::Ratio;
     TextRow line{"", info.range.text() + (ratio ? " of recorded" : "")};
     for (const RecordingRow* row : recordings) {
-      const Headline* h = headline_with(row->headlines, info.key);
+      const KeyMetric* h = headline_with(row->key_metrics, info.key);
       const auto within = h != nullptr ? h->within() : std::nullopt;
       if (within) line.front() = h->info.title;
       line.push_back(within ? judged_text(*h, *within) : "-");

@@ -16,7 +16,7 @@ namespace canyon::validation {
 struct RecordingRow {
   std::string name;            ///< "tst", "all mass market"
   std::string receiver_class;  ///< may be empty
-  std::vector<Headline> headlines;
+  std::vector<KeyMetric> key_metrics;
   // A recording has:
   std::string part;           ///< ModelMetrics::part
   std::string never_tracked;  ///< never_tracked_text()
@@ -26,7 +26,7 @@ struct RecordingRow {
 };
 
 /// The headlines of all rows, the first of each key, in their order.
-[[nodiscard]] std::vector<Headline> headlines_of(const std::vector<RecordingRow>& rows);
+[[nodiscard]] std::vector<KeyMetric> headlines_of(const std::vector<RecordingRow>& rows);
 
 /// One line that describes a row: "tst (mass market): second half: ... 242 epochs; never tracked ...".
 [[nodiscard]] std::string description_of(const RecordingRow& row);
@@ -47,7 +47,7 @@ struct Score {
     return *this;
   }
 };
-[[nodiscard]] Score score_of(const std::vector<Headline>& headlines);
+[[nodiscard]] Score score_of(const std::vector<KeyMetric>& key_metrics);
 
 /// The same recordings simulated by several seeds.
 struct SeedRows {

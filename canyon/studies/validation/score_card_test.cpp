@@ -8,7 +8,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-Headline headline(const char* key, std::optional<double> measured, std::optional<double> simulated) {
+KeyMetric headline(const char* key, std::optional<double> measured, std::optional<double> simulated) {
   return {
       {key, key, 2, MetricInfo::Kind::Pair, nullptr, metric_info(key)->range}, measured, simulated, {}, {}};
 }
@@ -51,10 +51,10 @@ TEST(ScoreCard, DistancesByHand) {
 TEST(ScoreCard, CountsRecordingsAndLeavesPooledRowsOut) {
   RecordingRow a, b, pooled;
   a.name = "a";
-  a.headlines = {headline("tracked_los", 0.8, 0.85), headline("ks_cn0_los", {}, 0.3)};
-  a.headlines[0].simulated_interval = Interval{0.7, 0.9};
+  a.key_metrics = {headline("tracked_los", 0.8, 0.85), headline("ks_cn0_los", {}, 0.3)};
+  a.key_metrics[0].simulated_interval = Interval{0.7, 0.9};
   b.name = "b";
-  b.headlines = {headline("tracked_los", 0.8, 0.5)};
+  b.key_metrics = {headline("tracked_los", 0.8, 0.5)};
   pooled = a;
   pooled.pooled = {"a", "b"};
   const std::string card = score_card({a, b, pooled});
@@ -67,8 +67,8 @@ TEST(ScoreCard, CountsRecordingsAndLeavesPooledRowsOut) {
 TEST(ScoreCard, SeedsStandBelowEachOther) {
   RecordingRow good, bad;
   good.name = bad.name = "drive";
-  good.headlines = {headline("tracked_los", 0.8, 0.85)};
-  bad.headlines = {headline("tracked_los", 0.8, 0.5)};
+  good.key_metrics = {headline("tracked_los", 0.8, 0.85)};
+  bad.key_metrics = {headline("tracked_los", 0.8, 0.5)};
   EXPECT_EQ(seed_scores({{3, {good}}, {4, {bad}}}),
             "seed  drive   all\n   3  1 of 1  1 of 1\n   4  0 of 1  0 of 1\n\n"
             "Mean of 2 seeds: 50 % of the metrics within their ranges.\n");

@@ -65,7 +65,7 @@ class CityJsonReader {
     } catch (const JsonError& e) {
       fail(fmt::format("not valid CityJSON ({})", e.what()));
     }
-    notes_.require_most(good_);
+    notes_.require_majority(good_);
     for (const std::string& line : notes_.lines()) model_.add_line(ReadReport::Level::Loss, line);
   }
 

@@ -25,7 +25,7 @@ constexpr const char* kUserAgent = "Canyon/0.1 (GNSS receiver emulator; reads ma
 
 /// A reply during reception.
 struct Incoming {
-  HttpResponse answer;
+  HttpResponse response;
   std::uint64_t largest = 0;
   bool too_large = false;
   bool allow_external = false;  ///< redirects to other servers are followed
@@ -88,38 +88,38 @@ extern "C" curl_socket_t canyon_http_socket(void* user, curlsocktype /*purpose*/
 extern "C" std::size_t canyon_http_body(char* data, std::size_t size, std::size_t count, void* user) {
   auto& incoming = *static_cast<Incoming*>(user);
   const std::size_t bytes = size * count;
-  if (bytes > incoming.largest - incoming.answer.body.size()) {
+  if (bytes > incoming.largest - incoming.response.body.size()) {
     incoming.too_large = true;
     return 0;  // aborts the transfer
   }
-  incoming.answer.body.append(data, bytes);
+  incoming.response.body.append(data, bytes);
   return bytes;
 }
 
 extern "C" std::size_t canyon_http_header(char* data, std::size_t size, std::size_t count, void* user) {
   auto& incoming = *static_cast<Incoming*>(user);
-  HttpResponse& answer = incoming.answer;
+  HttpResponse& response = incoming.response;
   const std::string line(data, size * count);
   const std::string name = lower_case(std::string_view(line).substr(0, line.find(':')));
   const std::string value(trim(std::string_view(line).substr(std::min(name.size() + 1, line.size()))));
   if (line.starts_with("HTTP/")) {
-    answer.retry_after_s.reset();  // of a reply that redirects
+    response.retry_after_s.reset();  // of a reply that redirects
     incoming.redirects = line.find(" 3") == line.find(' ');
   }
   if (name == "location" && incoming.redirects && !incoming.redirect(value)) return 0;  // aborts the transfer
   if (name == "retry-after") {
     if (const auto seconds = parse_integer(value))
-      answer.retry_after_s = static_cast<double>(std::max(*seconds, 0LL));
+      response.retry_after_s = static_cast<double>(std::max(*seconds, 0LL));
     else if (const std::time_t date = curl_getdate(value.c_str(), nullptr); date != -1)
-      answer.retry_after_s = std::max(0.0, std::difftime(date, std::time(nullptr)));
+      response.retry_after_s = std::max(0.0, std::difftime(date, std::time(nullptr)));
   } else if (name == "cache-control") {  // "private, max-age=60"
     const std::string directives = lower_case(value);
     for (const std::string_view word : split(directives, ',')) {
       const std::string_view directive = trim(word);
       const auto seconds =
           directive.starts_with("max-age=") ? parse_integer(directive.substr(8)) : std::nullopt;
-      if (seconds && answer.keep_s != 0) answer.keep_s = static_cast<double>(*seconds);
-      if (directive == "no-store" || directive == "no-cache") answer.keep_s = 0;
+      if (seconds && response.keep_s != 0) response.keep_s = static_cast<double>(*seconds);
+      if (directive == "no-store" || directive == "no-cache") response.keep_s = 0;
     }
   }
   return line.size();
@@ -173,12 +173,12 @@ struct Request {
   }
 
   /// The reply of a completed request. Throws InputError if it is incomplete.
-  HttpResponse answer(CURLcode code) {
+  HttpResponse response(CURLcode code) {
     if (code != CURLE_OK) fail(code);
     long status = 0;
     curl_easy_getinfo(handle.get(), CURLINFO_RESPONSE_CODE, &status);
-    incoming.answer.status = static_cast<int>(status);
-    return std::move(incoming.answer);
+    incoming.response.status = static_cast<int>(status);
+    return std::move(incoming.response);
   }
 
   std::size_t number;
@@ -252,13 +252,13 @@ void http_get_all(const std::vector<std::string>& urls, const HttpGetOptions& op
       const CURLcode code = message->data.result;
       const auto ended = running.extract(message->easy_handle);
       curl_multi_remove_handle(multi.get(), ended.key());
-      HttpResponse answer;
+      HttpResponse response;
       try {
-        answer = ended.mapped()->answer(code);
+        response = ended.mapped()->response(code);
       } catch (const InputError& error) {
-        answer.problem = error.problem();
+        response.problem = error.problem();
       }
-      done(ended.mapped()->number, std::move(answer));
+      done(ended.mapped()->number, std::move(response));
     }
   }
 }
@@ -298,7 +298,7 @@ HttpResponse http_post(const std::string& url, const std::string& data, int time
   request.set(CURLOPT_POSTFIELDSIZE, static_cast<long>(form.size()));
   request.set(CURLOPT_POSTREDIR, static_cast<long>(CURL_REDIR_POST_ALL));
   request.set(CURLOPT_TIMEOUT, static_cast<long>(timeout_s));
-  return request.answer(curl_easy_perform(curl));
+  return request.response(curl_easy_perform(curl));
 }
 
 std::filesystem::path downloads_folder(const std::filesystem::path& cache) {

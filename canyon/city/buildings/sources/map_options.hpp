@@ -85,8 +85,8 @@ struct BuildOptions {
   double tree_height_m = 8;       ///< of trees without a height tag; [1, 150]
   double tree_crown_m = 5;        ///< crown diameter of trees without diameter_crown; [0.5, 50]
   double wood_height_m = 12;      ///< of woods without a height tag; [1, 150]
-  /// Facades without a known tag. Unknown lets city::dress_facades() distinguish them from tagged ones; there
-  /// is no key for it.
+  /// Facades without a known tag. Unknown lets city::assign_facades() distinguish them from tagged ones;
+  /// there is no key for it.
   city::Material untagged_facade = city::Material::Concrete;
   /// Throws InputError with the field and its bound.
   void validate() const;

@@ -208,14 +208,14 @@ std::vector<NamedArea> areas_of(const std::string& body, const OverpassOptions& 
                                   logged.empty() ? "" : ": " + logged),
                       "check the address of the endpoint, or give a box");
   };
-  const Json answer = Json::try_parse(body).value_or(Json());
-  if (!answer["elements"].is_array()) throw damaged();
-  if (answer["remark"].is_string()) {
-    throw InputError(fmt::format("{} aborted: {}", options.url, excerpt(answer["remark"].text())),
+  const Json response = Json::try_parse(body).value_or(Json());
+  if (!response["elements"].is_array()) throw damaged();
+  if (response["remark"].is_string()) {
+    throw InputError(fmt::format("{} aborted: {}", options.url, excerpt(response["remark"].text())),
                      "allow more time, or give a box");
   }
   std::vector<NamedArea> points;
-  for (const Json& element : answer["elements"]) {
+  for (const Json& element : response["elements"]) {
     if (!element.is_object()) throw damaged();
     if (!element.contains("bounds")) {
       point = true;

@@ -66,15 +66,15 @@ class StoredServer {
 
  private:
   void serve() {
-    for (const std::string& answer : replies_) {
+    for (const std::string& response : replies_) {
       const int client = listener_.next();
       if (client < 0) return;
-      converse(client, answer);
+      converse(client, response);
       close(client);
     }
   }
 
-  void converse(int client, const std::string& answer) {
+  void converse(int client, const std::string& response) {
     std::string request;
     while (!is_whole(request)) {
       if (!listener_.receive(client, request)) return;
@@ -83,11 +83,11 @@ class StoredServer {
       const std::lock_guard<std::mutex> lock(mutex_);
       requests_.push_back(request);
     }
-    if (answer.empty()) {
+    if (response.empty()) {
       (void)listener_.readable(client);
       return;
     }
-    test::LocalListener::send_all(client, answer);
+    test::LocalListener::send_all(client, response);
   }
 
   static bool is_whole(const std::string& request) {
@@ -336,8 +336,8 @@ TEST_F(Overpass, AsksOnBothSidesOfTheAntimeridian) {
 }
 
 TEST_F(Overpass, SaysWhyAPlaceHasNoBox) {
-  const auto logged = [&](const std::string& answer, const std::string& name = "Springfield") {
-    const StoredServer server({answer});
+  const auto logged = [&](const std::string& response, const std::string& name = "Springfield") {
+    const StoredServer server({response});
     return test::refusal([&] { (void)find_named_area(name, options(server)); });
   };
   EXPECT_THAT(logged(area_query("")), HasSubstr("no place named 'Springfield' was found"));

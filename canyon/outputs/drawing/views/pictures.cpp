@@ -49,7 +49,7 @@ bool is_worse(const TimelinePoint& a, const TimelinePoint& b) {
 /// Evenly spaced epochs of a run of unknown length, at most kMax: if there are too many, one of each two is
 /// kept, the worse or the first, and the sampling rate is halved.
 template <typename Each, std::size_t kMax>
-class Thinned {
+class Decimator {
  public:
   /// Whether the next epoch begins a step.
   [[nodiscard]] bool wanted() const { return seen_ % stride_ == 0; }
@@ -270,10 +270,10 @@ class Pictures final : public simulation::EpochSink {
   std::size_t receiver_;
   const std::atomic<bool>* stop_;
   std::vector<OutputFile> files_;
-  Thinned<TrackPoint, 20'000> track_;
-  Thinned<TimelinePoint, 20'000> timeline_;
+  Decimator<TrackPoint, 20'000> track_;
+  Decimator<TimelinePoint, 20'000> timeline_;
   std::vector<TimelineFault> faults_;
-  Thinned<Snapshot, 2000> snapshots_;
+  Decimator<Snapshot, 2000> snapshots_;
   std::size_t epochs_ = 0, without_fix_ = 0;
   Distribution error_m_;
   geodesy::GpsTime begin_, end_;  ///< the first and the latest epoch

@@ -121,9 +121,9 @@ UbxCommands::UbxCommands(Generation generation, const Configuration& factory,
       reported_baud_(*settings_.current.value(kBaud)) {}
 
 std::string UbxCommands::receive(std::string_view bytes) {
-  std::string answer;
+  std::string response;
   const UbxParser::Handlers handlers{[&](MessageId id, std::string_view payload) {
-                                       take(id, payload, answer);
+                                       take(id, payload, response);
                                        note_change(fmt::format("CFG 0x{:02X}", id & 0xFF));
                                      },
                                      [&](std::string_view sentence) {
@@ -131,7 +131,7 @@ std::string UbxCommands::receive(std::string_view bytes) {
                                        note_change("$PUBX,41");
                                      }};
   parser_.receive(bytes, handlers);
-  return answer;
+  return response;
 }
 
 void UbxCommands::note_change(std::string command) {
@@ -150,21 +150,21 @@ std::int64_t UbxCommands::interval_ms() const {
                                    *settings_.current.value(kRateNavigation));
 }
 
-void UbxCommands::take(MessageId id, std::string_view payload, std::string& answer) {
-  if (answer.size() > kMaxResponse) return;
+void UbxCommands::take(MessageId id, std::string_view payload, std::string& response) {
+  if (response.size() > kMaxResponse) return;
   if (id >> 8 == 0x06) {
-    const Reply reply = configure(static_cast<std::uint8_t>(id & 0xFF), payload, answer);
+    const Reply reply = configure(static_cast<std::uint8_t>(id & 0xFF), payload, response);
     if (reply == Reply::Silent) return;
-    answer += frame(reply == Reply::Acknowledge ? kAcknowledge : kRefuse,
-                    Payload().u1(id >> 8).u1(id & 0xFF).bytes());
+    response += frame(reply == Reply::Acknowledge ? kAcknowledge : kRefuse,
+                      Payload().u1(id >> 8).u1(id & 0xFF).bytes());
   } else if (payload.empty() && id == kVersion) {
-    answer += frame(id, version_payload(generation_));
+    response += frame(id, version_payload(generation_));
   } else if (payload.empty() && settings_.current.rate_key(id, kConnectedPort)) {
-    if (const auto polled = outputs_.output(id, settings_.current)) answer += frame(id, *polled);
+    if (const auto polled = outputs_.output(id, settings_.current)) response += frame(id, *polled);
   }
 }
 
-UbxCommands::Reply UbxCommands::configure(std::uint8_t id, std::string_view payload, std::string& answer) {
+UbxCommands::Reply UbxCommands::configure(std::uint8_t id, std::string_view payload, std::string& response) {
   const bool keys = generation_ != Generation::M8;
   // CFG-RST, CFG-CFG, CFG-VALSET, CFG-VALGET, CFG-VALDEL.
   constexpr std::array<std::uint8_t, 5> kOfKeys{0x04, 0x09, 0x8A, 0x8B, 0x8C};
@@ -172,15 +172,15 @@ UbxCommands::Reply UbxCommands::configure(std::uint8_t id, std::string_view payl
     return Reply::Refuse;
   switch (id) {
     case 0x00:
-      return port(payload, answer);
+      return port(payload, response);
     case 0x01:
-      return message_rate(payload, answer);
+      return message_rate(payload, response);
     case 0x04:
       return restart(payload);
     case 0x09:
       return save(payload);
     case 0x3E:
-      if (payload.empty()) answer += frame(kGnss, systems_);
+      if (payload.empty()) response += frame(kGnss, systems_);
       if (payload.empty()) return Reply::Acknowledge;
       if (payload.size() < 4 || payload.size() != 4 + 8 * number_at(payload, 3, 1) ||
           payload.size() > 4 + 8 * 8)
@@ -191,15 +191,15 @@ UbxCommands::Reply UbxCommands::configure(std::uint8_t id, std::string_view payl
     case 0x8A:
       return keys ? set_values(payload) : Reply::Refuse;
     case 0x8B:
-      return keys ? get_values(payload, answer) : Reply::Refuse;
+      return keys ? get_values(payload, response) : Reply::Refuse;
     case 0x8C:
       return keys ? delete_values(payload) : Reply::Refuse;
     default:
-      return block(static_cast<MessageId>(0x0600 | id), payload, answer);
+      return block(static_cast<MessageId>(0x0600 | id), payload, response);
   }
 }
 
-UbxCommands::Reply UbxCommands::message_rate(std::string_view payload, std::string& answer) {
+UbxCommands::Reply UbxCommands::message_rate(std::string_view payload, std::string& response) {
   if (payload.size() != 2 && payload.size() != 3 && payload.size() != 2 + 6) return Reply::Refuse;
   const auto id = static_cast<MessageId>(number_at(payload, 0, 1) << 8 | number_at(payload, 1, 1));
   Configuration& settings = settings_.current;
@@ -212,7 +212,7 @@ UbxCommands::Reply UbxCommands::message_rate(std::string_view payload, std::stri
       const auto key = settings.rate_key(id, port);
       p.u1(key ? *settings.value(*key) : 0);
     }
-    answer += frame(0x0601, p.u1(0).bytes());
+    response += frame(0x0601, p.u1(0).bytes());
     return Reply::Acknowledge;
   }
   const bool base_words = payload.size() == 3;
@@ -237,7 +237,7 @@ bool UbxCommands::set_port(int port, std::uint64_t baud, std::uint64_t in, std::
   return true;
 }
 
-UbxCommands::Reply UbxCommands::port(std::string_view payload, std::string& answer) {
+UbxCommands::Reply UbxCommands::port(std::string_view payload, std::string& response) {
   constexpr std::size_t kBlock = 20;
   if (payload.size() <= 1) {
     const std::uint64_t port = payload.empty() ? kConnectedPort : number_at(payload, 0, 1);
@@ -247,7 +247,7 @@ UbxCommands::Reply UbxCommands::port(std::string_view payload, std::string& answ
     Payload p;
     p.u1(port).u1(0).u2(0).u4(own ? 0x8D0 : 0).u4(own ? *settings.value(kBaud) : 0);  // 8N1
     p.u2(mask_of(settings, kPortKeys[port].in)).u2(mask_of(settings, kPortKeys[port].out)).zeros(4);
-    answer += frame(0x0600, p.bytes());
+    response += frame(0x0600, p.bytes());
     return Reply::Acknowledge;
   }
   // One message may have several ports.
@@ -259,7 +259,7 @@ UbxCommands::Reply UbxCommands::port(std::string_view payload, std::string& answ
   return Reply::Acknowledge;
 }
 
-UbxCommands::Reply UbxCommands::block(MessageId id, std::string_view payload, std::string& answer) {
+UbxCommands::Reply UbxCommands::block(MessageId id, std::string_view payload, std::string& response) {
   constexpr MessageId kJamming = 0x0639, kTimePulse = 0x0631, kTimeMode = 0x0671;
   Configuration& settings = settings_.current;
   std::string* const stored = settings.block(id);
@@ -274,7 +274,7 @@ UbxCommands::Reply UbxCommands::block(MessageId id, std::string_view payload, st
     return true;
   });
   if (payload.empty() || (id == kTimePulse && payload.size() == 1)) {
-    answer += frame(id, *stored);
+    response += frame(id, *stored);
     return Reply::Acknowledge;
   }
   if (payload.size() != stored->size()) return Reply::Refuse;
@@ -329,7 +329,7 @@ UbxCommands::Reply UbxCommands::set_values(std::string_view payload) {
   return Reply::Acknowledge;
 }
 
-UbxCommands::Reply UbxCommands::get_values(std::string_view payload, std::string& answer) {
+UbxCommands::Reply UbxCommands::get_values(std::string_view payload, std::string& response) {
   if (payload.size() < 8 || payload.size() % 4 != 0 || number_at(payload, 0, 1) != 0) return Reply::Refuse;
   const std::uint64_t layer = number_at(payload, 1, 1);
   if (layer > 2 && layer != 7) return Reply::Refuse;
@@ -346,7 +346,7 @@ UbxCommands::Reply UbxCommands::get_values(std::string_view payload, std::string
     const std::uint64_t value = *settings.value(keys[i]);
     for (int byte = 0; byte < value_size(keys[i]); ++byte) p.u1(value >> (8 * byte) & 0xFF);
   }
-  answer += frame(0x068B, p.bytes());
+  response += frame(0x068B, p.bytes());
   return Reply::Acknowledge;
 }
 

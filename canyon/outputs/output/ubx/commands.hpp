@@ -54,15 +54,15 @@ class UbxCommands {
   enum class Reply : std::uint8_t { Acknowledge, Refuse, Silent };
 
   void note_change(std::string command);
-  void take(MessageId id, std::string_view payload, std::string& answer);
-  Reply configure(std::uint8_t id, std::string_view payload, std::string& answer);
-  Reply message_rate(std::string_view payload, std::string& answer);
-  Reply port(std::string_view payload, std::string& answer);
-  Reply block(MessageId id, std::string_view payload, std::string& answer);
+  void take(MessageId id, std::string_view payload, std::string& response);
+  Reply configure(std::uint8_t id, std::string_view payload, std::string& response);
+  Reply message_rate(std::string_view payload, std::string& response);
+  Reply port(std::string_view payload, std::string& response);
+  Reply block(MessageId id, std::string_view payload, std::string& response);
   Reply save(std::string_view payload);
   Reply restart(std::string_view payload);
   Reply set_values(std::string_view payload);
-  Reply get_values(std::string_view payload, std::string& answer);
+  Reply get_values(std::string_view payload, std::string& response);
   Reply delete_values(std::string_view payload);
   void take_line(std::string_view sentence);
   bool set_port(int port, std::uint64_t baud, std::uint64_t in, std::uint64_t out);

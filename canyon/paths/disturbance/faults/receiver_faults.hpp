@@ -51,7 +51,7 @@ void visit(options::Visitor& v, AntennaFaultOptions& o);
 /// A restart of a receiver at the fault's begin.
 struct RestartOptions {
   RestartKind kind = RestartKind::Cold;
-  /// In place of the receiver's own times (receiver::KnownEphemerides): time until signals are measured
+  /// In place of the receiver's own times (receiver::EphemerisAcquisition): time until signals are measured
   /// again, and time for which a satellite is then tracked before the fix uses it [s], [0, 1e4].
   std::optional<double> search_s, ephemeris_s;
 

@@ -79,7 +79,7 @@ void MessageFault::apply(propagation::Arrival& arrival, const std::shared_ptr<co
   const std::shared_ptr<const orbit::Sky> reported = arrival.broadcast ? arrival.broadcast : truth;
   if (reported != sky_) {
     sky_ = reported;
-    wrong_sky_ = std::make_shared<orbit::WrongSky>(reported, concerned_, error_);
+    wrong_sky_ = std::make_shared<orbit::FaultySky>(reported, concerned_, error_);
   }
   arrival.broadcast = wrong_sky_;
   if (!arrival.messages) return;

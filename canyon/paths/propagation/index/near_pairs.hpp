@@ -39,7 +39,7 @@ class NearPairs {
   const FacetSet* set_ = nullptr;
   const BeamIndex* beams_ = nullptr;
   double reach_m_ = 0;
-  Stay stay_;
+  StationaryWindow stay_;
   DirectionBins bins_;
   BeamIndex::Blocks blocks_;
   std::vector<Entry> entries_;  ///< by facet
@@ -64,7 +64,7 @@ class NearBends {
   };
   void see(const EdgeSet& set, double reach_m, double clearance_m);
 
-  Stay stay_;
+  StationaryWindow stay_;
   NearEdges near_;                 ///< for all antennas within the stay
   std::vector<float> root_m_;      ///< largest change of the root of an edge's excess [sqrt(m)]
   std::vector<FoundPairs> found_;  ///< by satellite

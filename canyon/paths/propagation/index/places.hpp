@@ -30,7 +30,7 @@ struct Surroundings {
 
 /// State of a nearly stationary antenna. Data valid for all antennas in kAntennas around `centre()`, and
 /// directions within kSpread of `directions()`, is computed once.
-class Stay {
+class StationaryWindow {
  public:
   static constexpr Surroundings kAntennas{5, 0.5};
   static constexpr double kSpread = 2e-3;  ///< chord of directions: some 14 s of a satellite's motion
@@ -100,7 +100,7 @@ class AntennaCache {
       if (entry.taken) continue;
       if (oldest == kNone || entry.request < entries_[oldest].request) oldest = i;
       const Eigen::Vector3d apart = antenna - entry.antenna;
-      if (!Stay::kAntennas.hold(apart, 1)) continue;
+      if (!StationaryWindow::kAntennas.hold(apart, 1)) continue;
       if (nearest != kNone && apart.squaredNorm() >= nearest_m2) continue;
       nearest = i;
       nearest_m2 = apart.squaredNorm();

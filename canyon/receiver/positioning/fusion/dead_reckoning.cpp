@@ -74,7 +74,7 @@ double lasting(double ages) {
 }
 
 /// State of the fix updates along some axes.
-struct Followed {
+struct UpdateState {
   std::optional<GpsTime> last;          ///< last accepted fix
   std::optional<GpsTime> astray_since;  ///< rejected since then
   double moved_m = 0;                   ///< since `last`
@@ -205,7 +205,8 @@ struct DeadReckoning::State {
 
   /// Applies axes of a fix's position, `first` to `first` + M of east, north, up, if they pass the gate.
   template <int M>
-  bool take_axes(const Innovation<3>& all, int first, double distance_m, GpsTime time, Followed& followed) {
+  bool take_axes(const Innovation<3>& all, int first, double distance_m, GpsTime time,
+                 UpdateState& followed) {
     Innovation<M> z;
     z.value = all.value.segment<M>(first);
     z.gradient = all.gradient.middleRows<M>(first);
@@ -228,7 +229,7 @@ struct DeadReckoning::State {
 
   /// If accepted fixes have large innovations for the correlation time of their errors, the filter is wrong.
   /// A single one is no evidence.
-  void wonder(double distance2, double innovation2, double since_s, Followed& followed) {
+  void wonder(double distance2, double innovation2, double since_s, UpdateState& followed) {
     constexpr double kMaxNews = 0.1, kMaxDistance2 = 8;
     const double ages = since_s / options.error_time_s + followed.moved_m / options.error_distance_m;
     const double news = std::min(kMaxNews, 1 - std::exp(-ages));
@@ -239,14 +240,14 @@ struct DeadReckoning::State {
   }
 
   /// If fixes are rejected for long, the filter is wrong by up to their innovation.
-  void doubt(double innovation2, GpsTime time, Followed& followed) {
+  void doubt(double innovation2, GpsTime time, UpdateState& followed) {
     if (!followed.astray_since) followed.astray_since = time;
     if (time - *followed.astray_since < options.astray_s) return;
     grow(innovation2, followed);
     followed.astray_since = time;
   }
   /// Along the axes of `followed` only.
-  void grow(double variance, const Followed& followed) {
+  void grow(double variance, const UpdateState& followed) {
     const Matrix3d enu =
         geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(estimate->state.position_m));
     const bool level = &followed == &horizontal;
@@ -293,7 +294,7 @@ struct DeadReckoning::State {
     has_space_variance = true;
   }
 
-  [[nodiscard]] Fix answer(GpsTime time, const Fix& fix, bool taken) {
+  [[nodiscard]] Fix result(GpsTime time, const Fix& fix, bool taken) {
     Fix result = fix;
     const InertialState& state = estimate->state;
     const Vector3d arm = state.rotation() * mounting.antenna_m;
@@ -359,7 +360,7 @@ struct DeadReckoning::State {
         estimate->state.time = time;
         horizontal.last = vertical.last = time;
         remember(fix);
-        return answer(time, fix, true);
+        return result(time, fix, true);
       }
     }
     if (estimate && last_reading && time - *last_reading > kGap_s) reset_state();
@@ -369,7 +370,7 @@ struct DeadReckoning::State {
       return result;
     }
     const bool taken = take_fix(fix, time);
-    return answer(time, fix, taken);
+    return result(time, fix, taken);
   }
 
   DeadReckoningOptions options;
@@ -380,7 +381,7 @@ struct DeadReckoning::State {
   std::optional<InertialEstimate> estimate;
   bool navigating = false, is_stationary = false;
   std::optional<GpsTime> last_reading, last_constraint, last_velocity;
-  Followed horizontal, vertical;
+  UpdateState horizontal, vertical;
   std::optional<double> fix_speed_mps;
   std::array<double, 2> moved_m{};  // since the last checked fix, for horizontal and vertical
   bool has_space_variance = false;

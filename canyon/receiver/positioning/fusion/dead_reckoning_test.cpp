@@ -94,8 +94,8 @@ class Drive {
     result.residuals_m = {0, 0, 0, 0};
     return result;
   }
-  [[nodiscard]] double error_m(const Fix& answer) const {
-    return (answer.position_ecef - antenna_ecef()).norm();
+  [[nodiscard]] double error_m(const Fix& solution) const {
+    return (solution.position_ecef - antenna_ecef()).norm();
   }
 
   SensorMounting mounting;
@@ -120,12 +120,12 @@ Fix no_fix() {
 
 /// The filter's result at a time of the drive, with right fixes at every epoch up to it.
 Fix drive_until(double end_s, Drive& drive, DeadReckoning& filter) {
-  Fix answer;
+  Fix result;
   while (drive.t_s < end_s) {
     const SensorReadings readings = drive.next();
-    answer = filter.update(kBegin + drive.t_s, readings, drive.fix());
+    result = filter.update(kBegin + drive.t_s, readings, drive.fix());
   }
-  return answer;
+  return result;
 }
 
 // At rest the fix is returned; in motion the phases follow; without fixes the position is propagated.
@@ -133,35 +133,35 @@ TEST(DeadReckoning, AlignsCalibratesAndCoasts) {
   Drive drive(2e-4, 0.01);
   DeadReckoning filter(options(), drive.mounting);
   std::vector<FusionPhase> phases;
-  Fix answer;
+  Fix result;
   while (drive.t_s < 90) {
     const SensorReadings readings = drive.next();
-    answer = filter.update(kBegin + drive.t_s, readings, drive.fix());
-    ASSERT_TRUE(answer.fusion);
-    if (phases.empty() || phases.back() != answer.fusion->phase) phases.push_back(answer.fusion->phase);
+    result = filter.update(kBegin + drive.t_s, readings, drive.fix());
+    ASSERT_TRUE(result.fusion);
+    if (phases.empty() || phases.back() != result.fusion->phase) phases.push_back(result.fusion->phase);
     if (drive.t_s < 9) {
-      EXPECT_EQ(answer.kind(), FixKind::Single);
+      EXPECT_EQ(result.kind(), FixKind::Single);
     }
-    EXPECT_LT(drive.error_m(answer), 0.3) << drive.t_s;
+    EXPECT_LT(drive.error_m(result), 0.3) << drive.t_s;
   }
   EXPECT_EQ(phases,
             (std::vector{FusionPhase::Initialising, FusionPhase::Calibrating, FusionPhase::Navigating}));
-  EXPECT_EQ(answer.kind(), FixKind::Combined);
-  EXPECT_TRUE(answer.fusion->wheels_calibrated);
-  const double begin_sigma = std::sqrt(answer.covariance_enu.trace());
+  EXPECT_EQ(result.kind(), FixKind::Combined);
+  EXPECT_TRUE(result.fusion->wheels_calibrated);
+  const double begin_sigma = std::sqrt(result.covariance_enu.trace());
   // 300 m without satellites.
   while (drive.t_s < 120) {
     const SensorReadings readings = drive.next();
-    answer = filter.update(kBegin + drive.t_s, readings, no_fix());
-    EXPECT_EQ(answer.kind(), FixKind::DeadReckoning);
-    EXPECT_TRUE(answer.used.empty());
+    result = filter.update(kBegin + drive.t_s, readings, no_fix());
+    EXPECT_EQ(result.kind(), FixKind::DeadReckoning);
+    EXPECT_TRUE(result.used.empty());
   }
-  EXPECT_LT(drive.error_m(answer), 1);
-  const double sigma = std::sqrt(answer.covariance_enu.trace());
+  EXPECT_LT(drive.error_m(result), 1);
+  const double sigma = std::sqrt(result.covariance_enu.trace());
   EXPECT_GT(sigma, begin_sigma);
-  EXPECT_LT(drive.error_m(answer), 3 * sigma);
+  EXPECT_LT(drive.error_m(result), 3 * sigma);
   const double east =
-      std::remainder(geodesy::kPi / 2 - drive.yaw_rad - answer.fusion->heading_rad, 2 * geodesy::kPi);
+      std::remainder(geodesy::kPi / 2 - drive.yaw_rad - result.fusion->heading_rad, 2 * geodesy::kPi);
   EXPECT_LT(std::abs(east), geodesy::radians(0.3));
   // Returns to the satellites.
   const SensorReadings readings = drive.next();
@@ -175,55 +175,55 @@ TEST(DeadReckoning, CoastsByTheInertialSensorAlone) {
   DeadReckoningOptions free = options();
   free.non_holonomic = false;
   DeadReckoning filter(free, drive.mounting);
-  Fix answer;
+  Fix result;
   while (drive.t_s < 120) {
     const SensorReadings readings = drive.next();
-    answer = filter.update(kBegin + drive.t_s, readings, drive.t_s < 100 ? drive.fix() : no_fix());
+    result = filter.update(kBegin + drive.t_s, readings, drive.t_s < 100 ? drive.fix() : no_fix());
   }
-  EXPECT_EQ(answer.kind(), FixKind::DeadReckoning);
-  EXPECT_LT(drive.error_m(answer), 3 * std::sqrt(answer.covariance_enu.trace()));
-  EXPECT_LT(drive.error_m(answer), 5);
+  EXPECT_EQ(result.kind(), FixKind::DeadReckoning);
+  EXPECT_LT(drive.error_m(result), 3 * std::sqrt(result.covariance_enu.trace()));
+  EXPECT_LT(drive.error_m(result), 5);
 }
 
 // Fixes that jump by 40 m for ten seconds are rejected; fixes that stay there are accepted in the end.
 TEST(DeadReckoning, DoesNotFollowReflections) {
   Drive drive;
   DeadReckoning filter(options(), drive.mounting);
-  Fix answer;
+  Fix result;
   while (drive.t_s < 70) {
     const SensorReadings readings = drive.next();
     const bool wrong = drive.t_s > 55 && drive.t_s < 65;
-    answer =
+    result =
         filter.update(kBegin + drive.t_s, readings, drive.fix(wrong ? Vector3d(40, 0, 0) : Vector3d::Zero()));
-    EXPECT_LT(drive.error_m(answer), 0.5) << drive.t_s;
+    EXPECT_LT(drive.error_m(result), 0.5) << drive.t_s;
   }
   while (drive.t_s < 190) {
     const SensorReadings readings = drive.next();
-    answer = filter.update(kBegin + drive.t_s, readings, drive.fix({40, 0, 0}));
+    result = filter.update(kBegin + drive.t_s, readings, drive.fix({40, 0, 0}));
   }
-  EXPECT_NEAR(drive.error_m(answer), 40, 8);
+  EXPECT_NEAR(drive.error_m(result), 40, 8);
 }
 
 // A fix with a correlated error counts once: a hundred of them at rest do not reduce the deviation tenfold.
 TEST(DeadReckoning, LastingErrorsAreNotAveragedAway) {
   Drive drive;
   DeadReckoning filter(options(), drive.mounting);
-  Fix answer = drive_until(40, drive, filter);
-  EXPECT_GT(std::sqrt(answer.covariance_enu(0, 0)), 0.5);
-  EXPECT_LT(std::sqrt(answer.covariance_enu(0, 0)), 1);
+  Fix result = drive_until(40, drive, filter);
+  EXPECT_GT(std::sqrt(result.covariance_enu(0, 0)), 0.5);
+  EXPECT_LT(std::sqrt(result.covariance_enu(0, 0)), 1);
 }
 
 TEST(DeadReckoning, AGapOfReadingsBeginsAnew) {
   Drive drive;
   DeadReckoning filter(options(), drive.mounting);
-  Fix answer = drive_until(40, drive, filter);
-  EXPECT_TRUE(answer.fused());
+  Fix result = drive_until(40, drive, filter);
+  EXPECT_TRUE(result.fused());
   for (int k = 0; k < 10; ++k) {
     (void)drive.next();
-    answer = filter.update(kBegin + drive.t_s, {}, no_fix());
+    result = filter.update(kBegin + drive.t_s, {}, no_fix());
   }
-  EXPECT_FALSE(answer.fused());
-  EXPECT_EQ(answer.kind(), FixKind::None);
+  EXPECT_FALSE(result.fused());
+  EXPECT_EQ(result.kind(), FixKind::None);
 }
 
 TEST(DeadReckoning, StatesNoPositionBeyondItsLimit) {
@@ -231,8 +231,8 @@ TEST(DeadReckoning, StatesNoPositionBeyondItsLimit) {
   DeadReckoningOptions strict = options();
   strict.max_sigma_m = 1e-3;
   DeadReckoning filter(strict, drive.mounting);
-  Fix answer = drive_until(40, drive, filter);
-  EXPECT_EQ(answer.status, FixStatus::WeakGeometry);
+  Fix result = drive_until(40, drive, filter);
+  EXPECT_EQ(result.status, FixStatus::WeakGeometry);
 }
 
 TEST(InitialAttitude, NeedsSpeedAndAStraightWay) {

@@ -19,7 +19,7 @@ CellRange cell_range(std::size_t satellite, double error_m, const positioning::M
 }
 
 CellFix::CellSolution CellFix::solve(std::span<const CellRange> ranges, bool covariance) {
-  CellSolution answer;
+  CellSolution result;
   std::array<int, gnss::kSystemCount> count{};
   for (const CellRange& range : ranges)
     ++count[static_cast<std::size_t>(satellites_[range.satellite].system)];
@@ -32,8 +32,8 @@ CellFix::CellSolution CellFix::solve(std::span<const CellRange> ranges, bool cov
     used_.push_back(range.satellite);
     fix.add(satellites_[range.satellite].direction, clock, range.weight, range.error_m);
   }
-  if (!positioning::enough_satellites(static_cast<int>(used_.size()), clocks_.count, options_)) return answer;
-  if (used_.size() < fix.unknowns() || !fix.factorise()) return answer;
+  if (!positioning::enough_satellites(static_cast<int>(used_.size()), clocks_.count, options_)) return result;
+  if (used_.size() < fix.unknowns() || !fix.factorise()) return result;
   if (used_ != geometry_) {
     geometry_ = used_;
     LinearFix shape(clocks_.count);
@@ -42,14 +42,14 @@ CellFix::CellSolution CellFix::solve(std::span<const CellRange> ranges, bool cov
     dop_.reset();
     if (shape.factorise()) dop_ = shape.dop();
   }
-  if (!positioning::strong_enough(dop_, options_)) return answer;
+  if (!positioning::strong_enough(dop_, options_)) return result;
   const LinearFix::Unknowns x = fix.solve();
-  answer.error = {x[0], x[1], x[2]};
-  answer.dop = dop_;
-  answer.used = static_cast<int>(used_.size());
-  answer.solved = true;
-  if (covariance) state_covariance(ranges, x, answer);
-  return answer;
+  result.error = {x[0], x[1], x[2]};
+  result.dop = dop_;
+  result.used = static_cast<int>(used_.size());
+  result.solved = true;
+  if (covariance) state_covariance(ranges, x, result);
+  return result;
 }
 
 Eigen::Vector3d CellFix::gain(const CellRange& range) const {
@@ -62,24 +62,24 @@ Eigen::Vector3d CellFix::gain(const CellRange& range) const {
 /// As in positioning::solve_fix(): for equal weights the mean of the variances is used, and residuals may
 /// scale all.
 void CellFix::state_covariance(std::span<const CellRange> ranges, const LinearFix::Unknowns& x,
-                               CellSolution& answer) const {
-  answer.covariance = fix_->covariance();
+                               CellSolution& result) const {
+  result.covariance = fix_->covariance();
   double variances = 0, squares = 0;
   for (const CellRange& range : ranges) {
     const int clock = clock_of(range);
     if (clock < 0) continue;
     variances += range.variance_m2;
     const double residual =
-        range.error_m + satellites_[range.satellite].direction.dot(answer.error) - x[clock];
+        range.error_m + satellites_[range.satellite].direction.dot(result.error) - x[clock];
     squares += range.weight * residual * residual;
   }
   const auto rows = static_cast<double>(used_.size());
   if (options_.weights.weighting == positioning::Weighting::Equal) {
-    answer.covariance *= variances / rows;
+    result.covariance *= variances / rows;
     squares *= rows / variances;
   }
   if (options_.covariance_by_residuals) {
-    answer.covariance *= positioning::excess_variance(
+    result.covariance *= positioning::excess_variance(
         squares, static_cast<std::ptrdiff_t>(used_.size()) - static_cast<std::ptrdiff_t>(fix_->unknowns()));
   }
 }

@@ -120,7 +120,7 @@ class CellFix {
     return clocks_.column[static_cast<std::size_t>(satellites_[range.satellite].system)];
   }
   void state_covariance(std::span<const CellRange> ranges, const LinearFix::Unknowns& x,
-                        CellSolution& answer) const;
+                        CellSolution& result) const;
 
   std::vector<FixSatellite> satellites_;
   const positioning::FixOptions& options_;

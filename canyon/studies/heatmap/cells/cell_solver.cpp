@@ -273,7 +273,7 @@ class RunCells final : public CellSolver {
   /// Source of corrections.
   struct Base {
     Base(const simulation::Environment& environment, const simulation::ReceiverConfig& config,
-         const DrawOptions& map_options)
+         const MonteCarloOptions& map_options)
         : propagator(environment.make_propagator(config.propagation)),
           samples(environment, propagator, config, map_options),
           position(config.fixed->position) {}
@@ -288,12 +288,13 @@ class RunCells final : public CellSolver {
                 std::span<const std::span<float>> layers) const;
   void solve_without_noise(const ReceiverRealizations::Scene& scene, CellValues& values) const;
   /// @param space by realization, or empty
-  void draw(const ReceiverRealizations::Scene& scene, std::span<const errors::SpaceErrors> space,
+  void draw(const ReceiverRealizations::Scene& scene, std::span<const errors::RangeErrorModel> space,
             bool statistics, CellValues& values) const;
   /// [second][draw]; null if the base measured nothing.
   [[nodiscard]] std::vector<std::vector<Corrections>> corrections(
-      geodesy::GpsTime time, std::span<const errors::SpaceErrors> space) const;
-  void fix_by_rtk(geodesy::GpsTime time, const Vector3d& point, std::span<const errors::SpaceErrors> space,
+      geodesy::GpsTime time, std::span<const errors::RangeErrorModel> space) const;
+  void fix_by_rtk(geodesy::GpsTime time, const Vector3d& point,
+                  std::span<const errors::RangeErrorModel> space,
                   std::span<const std::vector<Corrections>> sent, CellValues& values) const;
 
   CellReceiver receiver_;
@@ -365,7 +366,7 @@ void RunCells::solve_without_noise(const ReceiverRealizations::Scene& scene, Cel
       positioning::horizontal_protection_level_m(fix.covariance_enu, receiver_.limits.protection_factor));
 }
 
-void RunCells::draw(const ReceiverRealizations::Scene& scene, std::span<const errors::SpaceErrors> space,
+void RunCells::draw(const ReceiverRealizations::Scene& scene, std::span<const errors::RangeErrorModel> space,
                     bool statistics, CellValues& values) const {
   SampledFixes fixes;
   const std::vector<disturbance::DisturbanceSource> disturbances =
@@ -399,7 +400,7 @@ bool RunCells::scene_at(const TileCells& cells, geodesy::GpsTime time, std::span
 }
 
 std::vector<std::vector<RunCells::Corrections>> RunCells::corrections(
-    geodesy::GpsTime time, std::span<const errors::SpaceErrors> space) const {
+    geodesy::GpsTime time, std::span<const errors::RangeErrorModel> space) const {
   const Vector3d antenna_position_ecef = geodesy::ecef_from_geodetic(base_->position);
   const Vector3d point = base_->samples.environment().city().frame.local_from_geodetic(base_->position);
   const auto stations = base_->samples.receivers_at(time, point);
@@ -416,7 +417,7 @@ std::vector<std::vector<RunCells::Corrections>> RunCells::corrections(
 }
 
 void RunCells::fix_by_rtk(geodesy::GpsTime time, const Vector3d& point,
-                          std::span<const errors::SpaceErrors> space,
+                          std::span<const errors::RangeErrorModel> space,
                           std::span<const std::vector<Corrections>> sent, CellValues& values) const {
   const Vector3d antenna_position_ecef = receivers_.environment().city().frame.ecef_from_local(point);
   const Eigen::Matrix3d enu =
@@ -526,11 +527,11 @@ std::vector<std::unique_ptr<const CellSolver>> cell_solvers(const simulation::En
   return solvers;
 }
 
-void DrawOptions::validate() const {
+void MonteCarloOptions::validate() const {
   options::check(*this, "map's noise");
 }
 
-void visit(options::Visitor& v, DrawOptions& o) {
+void visit(options::Visitor& v, MonteCarloOptions& o) {
   v.integer({"draws", "", "noise realizations, for layers over draws"}, o.samples, 1, 10'000);
   v.integer({"seed", "", "seed of the noise realizations, the same at every cell"}, o.seed);
 }

@@ -16,14 +16,14 @@
 
 namespace canyon::heatmap {
 
-struct DrawOptions {
+struct MonteCarloOptions {
   int samples = 64;        ///< noise realizations for the layers over draws; [1, 10,000]
   std::uint64_t seed = 1;  ///< same realizations at every cell (common random numbers): smooth maps
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
 /// Visits its fields.
-void visit(options::Visitor& v, DrawOptions& o);
+void visit(options::Visitor& v, MonteCarloOptions& o);
 
 /// Computation of receivers whose signals have strength.
 enum class ReceiverModel : std::uint8_t {
@@ -47,9 +47,10 @@ enum class CellMethod : std::uint8_t {
   /// have one common fix (solve_shared()).
   Shared,
   /// The steady state of loops and fix, without the transient: the same realizations as Run, the same
-  /// strengths and random phases of paths, the loops' points of rest (tracking::LaneCodeLock), the fix
+  /// strengths and random phases of paths, the loops' points of rest (tracking::BatchCodeLock), the fix
   /// linearised at the true position (CellFix). Paths are traced at one cell of each block of cells (a node)
-  /// and constructed from it at the cells around it (Propagator::trace_near()); paths that no node near a
+  /// and constructed from it at the cells around it (Propagator::trace_first_order()); paths that no node
+  /// near a
   /// cell has are missed there; diffuse paths are those of the block's node. docs/heatmap.md states the
   /// resulting errors.
   Steady,
@@ -81,7 +82,7 @@ struct Movement {
 struct CellReceiver {
   const simulation::ReceiverConfig& config;
   const simulation::ReceiverConfig* base = nullptr;  ///< at a fixed position, settled, for layers of RTK
-  DrawOptions samples;
+  MonteCarloOptions samples;
   CellReceiverOptions how;
   LimitOptions limits;
   std::optional<Movement> movement;  ///< of Steady; empty: it is stationary in each cell

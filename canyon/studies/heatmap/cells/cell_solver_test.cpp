@@ -143,8 +143,8 @@ TEST(CellMethod, FollowsTheOptions) {
 class Downtown {
  public:
   Downtown() {
-    environment_.set_errors(std::make_shared<errors::SpaceErrors>(
-        errors::SpaceErrorOptions(), 1, environment_.sky().satellites(), environment_.klobuchar()));
+    environment_.set_errors(std::make_shared<errors::RangeErrorModel>(
+        errors::RangeErrorOptions(), 1, environment_.sky().satellites(), environment_.klobuchar()));
     receiver_ =
         simulation::parse_profile(std::string(simulation::built_in_profile("ublox-m8t").text), "p").receiver;
     receiver_.options.filter = {};
@@ -179,7 +179,7 @@ class Downtown {
       std::make_shared<test::CircularSky>(std::vector{System::GPS, System::GLONASS, System::Galileo}),
       {{System::GPS, {{1e-8, 0, 0, 0}, {9e4, 0, 0, 0}}}}};
   simulation::ReceiverConfig receiver_;
-  DrawOptions samples_;
+  MonteCarloOptions samples_;
 };
 
 TEST(CellMethod, LaterFieldsDoNotChangeAFirstFix) {
@@ -221,12 +221,12 @@ TEST(CellMethod, OfSharedCellsChangeTheMap) {
   scene.lay({-16, -16}, 2, 16, 16, 15);
   scene.compute_sky(geodesy::radians(5));
   scene.receive(0.5, 0.2, 60, 3);
-  DrawOptions monte_carlo;
+  MonteCarloOptions monte_carlo;
   monte_carlo.samples = 4;
   std::vector<gnss::SatelliteId> ids;
   for (const orbit::LineOfSight& line : scene.signals.satellites) ids.push_back(line.id);
   const auto space =
-      std::make_shared<errors::SpaceErrors>(errors::SpaceErrorOptions(), 1, ids, scene.klobuchar);
+      std::make_shared<errors::RangeErrorModel>(errors::RangeErrorOptions(), 1, ids, scene.klobuchar);
   const auto solve = [&](const ReceiverOptions& options) {
     return test::solve(SharedReceiver{options, monte_carlo, scene.klobuchar, {}, space}, scene, kLayers);
   };

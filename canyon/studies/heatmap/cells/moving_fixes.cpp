@@ -32,7 +32,7 @@ struct MovingFixes::TrackFilter {
   Fix at;  ///< without variances: not started
   double lost_s = 0;
   /// Horizontal: error variance of the estimate if the fixes' errors are correlated, and covariance of the
-  /// two over the deviation of the latter (positioning::state_accuracy()).
+  /// two over the deviation of the latter (positioning::report_accuracy()).
   double reported_m2 = 0, lasting_m = 0;
 
   void go(const Fix& fix, double step_s, const positioning::PositionFilterOptions& filter) {
@@ -76,13 +76,13 @@ MovingFixes::MovingFixes(const TileCells& cells, std::size_t lanes, const Moveme
 
 void MovingFixes::set(std::size_t cell, const std::vector<CellFix::CellSolution>& answers) {
   for (std::size_t lane = 0; lane < lanes_; ++lane) {
-    const CellFix::CellSolution& answer = answers[lane];
-    if (!answer.solved) continue;
-    const double major_m = positioning::horizontal_protection_level_m(answer.covariance, 1);
+    const CellFix::CellSolution& result = answers[lane];
+    if (!result.solved) continue;
+    const double major_m = positioning::horizontal_protection_level_m(result.covariance, 1);
     fixes_[lane * cells_.state.size() + cell] = {
-        static_cast<float>(answer.error.x()), static_cast<float>(answer.error.y()),
-        static_cast<float>(answer.error.z()), static_cast<float>(major_m * major_m),
-        static_cast<float>(answer.covariance(2, 2))};
+        static_cast<float>(result.error.x()), static_cast<float>(result.error.y()),
+        static_cast<float>(result.error.z()), static_cast<float>(major_m * major_m),
+        static_cast<float>(result.covariance(2, 2))};
   }
 }
 

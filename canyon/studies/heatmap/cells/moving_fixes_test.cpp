@@ -26,11 +26,11 @@ std::vector<double> filtered(const TileCells& cells, double variance_m2,
   movement.filter.acceleration_horizontal = movement.filter.acceleration_vertical = 2;
   MovingFixes fixes(cells, 1, movement);
   for (std::size_t i = 0; i < cells.state.size(); ++i) {
-    CellFix::CellSolution answer;
-    answer.solved = !std::isnan(error_m(i));
-    answer.error = {0, error_m(i), 0};
-    answer.covariance = variance_m2 * Eigen::Matrix3d::Identity();
-    fixes.set(i, {answer});
+    CellFix::CellSolution result;
+    result.solved = !std::isnan(error_m(i));
+    result.error = {0, error_m(i), 0};
+    result.covariance = variance_m2 * Eigen::Matrix3d::Identity();
+    fixes.set(i, {result});
   }
   fixes.filter();
   std::vector<double> errors;

@@ -11,15 +11,15 @@ namespace canyon::heatmap {
 
 using Eigen::Vector3d;
 
-std::uint64_t seed_of(const DrawOptions& monte_carlo, geodesy::GpsTime time, int draw) {
+std::uint64_t seed_of(const MonteCarloOptions& monte_carlo, geodesy::GpsTime time, int draw) {
   return RandomStream(monte_carlo.seed, fmt::format("heatmap/{}/{}", time.nanoseconds(), draw)).next();
 }
 
-std::vector<errors::SpaceErrors> range_errors_by_sample(const errors::SpaceErrors* errors,
-                                                        const DrawOptions& monte_carlo, geodesy::GpsTime time,
-                                                        int count,
-                                                        std::span<const gnss::SatelliteId> satellites) {
-  std::vector<errors::SpaceErrors> space;
+std::vector<errors::RangeErrorModel> range_errors_by_sample(const errors::RangeErrorModel* errors,
+                                                            const MonteCarloOptions& monte_carlo,
+                                                            geodesy::GpsTime time, int count,
+                                                            std::span<const gnss::SatelliteId> satellites) {
+  std::vector<errors::RangeErrorModel> space;
   if (errors == nullptr) return space;
   space.reserve(static_cast<std::size_t>(count));
   for (int d = 0; d < count; ++d)
@@ -30,7 +30,7 @@ std::vector<errors::SpaceErrors> range_errors_by_sample(const errors::SpaceError
 ReceiverRealizations::ReceiverRealizations(const simulation::Environment& environment,
                                            const propagation::Propagator& propagator,
                                            const simulation::ReceiverConfig& receiver,
-                                           const DrawOptions& monte_carlo)
+                                           const MonteCarloOptions& monte_carlo)
     : environment_(&environment),
       propagator_(&propagator),
       options_(receiver.options),
@@ -69,7 +69,7 @@ ReceiverRealizations::Scene ReceiverRealizations::scene_at(geodesy::GpsTime now,
 }
 
 receiver::ReceiverEpoch ReceiverRealizations::observe(receiver::Receiver& receiver, const Scene& scene,
-                                                      std::span<const errors::SpaceErrors> space,
+                                                      std::span<const errors::RangeErrorModel> space,
                                                       std::size_t draw,
                                                       const relative::Corrections* corrections) const {
   propagation::Arrival arrival = scene.arrival;  // a copy, since it is disturbed

@@ -14,12 +14,12 @@
 namespace canyon::heatmap {
 
 /// Seed of the receiver of one realization at a time: the same at all cells.
-[[nodiscard]] std::uint64_t seed_of(const DrawOptions& monte_carlo, geodesy::GpsTime time, int draw);
+[[nodiscard]] std::uint64_t seed_of(const MonteCarloOptions& monte_carlo, geodesy::GpsTime time, int draw);
 
 /// Range errors of realizations 0 to count - 1 at a time, each by its seed_of(). @param errors null: none
-[[nodiscard]] std::vector<errors::SpaceErrors> range_errors_by_sample(
-    const errors::SpaceErrors* errors, const DrawOptions& monte_carlo, geodesy::GpsTime time, int count,
-    std::span<const gnss::SatelliteId> satellites);
+[[nodiscard]] std::vector<errors::RangeErrorModel> range_errors_by_sample(
+    const errors::RangeErrorModel* errors, const MonteCarloOptions& monte_carlo, geodesy::GpsTime time,
+    int count, std::span<const gnss::SatelliteId> satellites);
 
 /// The receivers of all realizations of a map, in time steps: at every point, realization d of a time has the
 /// same seed, so that maps are smooth and do not depend on tiles. They have run before
@@ -28,7 +28,7 @@ class ReceiverRealizations {
  public:
   /// The environment and the propagator must outlive it.
   ReceiverRealizations(const simulation::Environment& environment, const propagation::Propagator& propagator,
-                       const simulation::ReceiverConfig& receiver, const DrawOptions& monte_carlo);
+                       const simulation::ReceiverConfig& receiver, const MonteCarloOptions& monte_carlo);
 
   [[nodiscard]] const receiver::ReceiverOptions& options() const { return options_; }
   [[nodiscard]] const simulation::Environment& environment() const { return *environment_; }
@@ -37,7 +37,7 @@ class ReceiverRealizations {
     return seed_of(samples_, time, draw);
   }
   /// Range errors of the first realizations.
-  [[nodiscard]] std::vector<errors::SpaceErrors> space(geodesy::GpsTime time, int count) const {
+  [[nodiscard]] std::vector<errors::RangeErrorModel> space(geodesy::GpsTime time, int count) const {
     return range_errors_by_sample(environment_->errors().get(), samples_, time, count,
                                   environment_->sky().satellites());
   }
@@ -64,7 +64,7 @@ class ReceiverRealizations {
                                const Eigen::Vector3d& antenna_position_ecef) const;
   /// @param space by realization; empty: the epoch has no range errors
   receiver::ReceiverEpoch observe(receiver::Receiver& receiver, const Scene& scene,
-                                  std::span<const errors::SpaceErrors> space, std::size_t draw,
+                                  std::span<const errors::RangeErrorModel> space, std::size_t draw,
                                   const relative::Corrections* corrections = nullptr) const;
 
  private:
@@ -73,7 +73,7 @@ class ReceiverRealizations {
   receiver::ReceiverOptions options_;
   std::vector<disturbance::DisturbanceSource> disturbances_;
   std::optional<disturbance::StreetsOptions> streets_;
-  DrawOptions samples_;
+  MonteCarloOptions samples_;
 };
 
 }  // namespace canyon::heatmap

@@ -13,10 +13,10 @@ namespace canyon::heatmap {
 /// A receiver whose signals have no strength, in the cells of a map.
 struct SharedReceiver {
   receiver::ReceiverOptions options;  ///< for which cell_method() is Shared
-  DrawOptions samples;
+  MonteCarloOptions samples;
   std::map<gnss::System, gnss::Klobuchar> klobuchar;
   LimitOptions limits;
-  std::shared_ptr<const errors::SpaceErrors> space = nullptr;  ///< null: none
+  std::shared_ptr<const errors::RangeErrorModel> space = nullptr;  ///< null: none
 };
 
 /// Layers of a tile from its signals. Cells that receive the same satellites have one common solution

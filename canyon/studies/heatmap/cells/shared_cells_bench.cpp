@@ -92,9 +92,9 @@ void cells(benchmark::State& state, const std::vector<Layer>& wanted) {
   int fixes = 0;
   constexpr std::size_t kSolves = 500;
   for (std::size_t i = 0; i < kSolves; ++i) {
-    const test::TileScene::Result answer = from.reference_fix((i * 317) % 65'536, options);
-    fix_s += answer.solving_s;
-    fixes += answer.fix.solved();
+    const test::TileScene::Result result = from.reference_fix((i * 317) % 65'536, options);
+    fix_s += result.solving_s;
+    fixes += result.fix.solved();
   }
   state.counters["with_fix"] = fixes / static_cast<double>(kSolves);
   state.counters["satellites"] = static_cast<double>(from.signals.satellites.size());

@@ -182,14 +182,14 @@ TEST(SharedCells, ADrawIsTheFixOfItsNoise) {
     int fixes = 0, fewer = 0;
     double worst = 0;
     for (std::size_t i = 0; i < 100; ++i) {
-      const TileScene::Result answer = scene.reference_fix(i, options, noise_m);
-      if (!answer.fix.solved() || !(maps[2][i] < 100)) continue;
-      if (std::hypot(answer.horizontal_m, answer.vertical_m) > 1000) continue;
+      const TileScene::Result result = scene.reference_fix(i, options, noise_m);
+      if (!result.fix.solved() || !(maps[2][i] < 100)) continue;
+      if (std::hypot(result.horizontal_m, result.vertical_m) > 1000) continue;
       ++fixes;
-      fewer += answer.fix.used.size() < scene.signals.satellites.size();
-      const double apart_m = std::max(std::abs(double{maps[0][i]} - answer.horizontal_m),
-                                      std::abs(double{maps[1][i]} - std::abs(answer.vertical_m)));
-      worst = std::max(worst, apart_m / std::max(1.0, std::hypot(answer.horizontal_m, answer.vertical_m)));
+      fewer += result.fix.used.size() < scene.signals.satellites.size();
+      const double apart_m = std::max(std::abs(double{maps[0][i]} - result.horizontal_m),
+                                      std::abs(double{maps[1][i]} - std::abs(result.vertical_m)));
+      worst = std::max(worst, apart_m / std::max(1.0, std::hypot(result.horizontal_m, result.vertical_m)));
     }
     std::printf("  %d fixes (%d of fewer satellites) within %.1e of the error\n", fixes, fewer, worst);
     EXPECT_GT(fixes, 70);

@@ -47,17 +47,17 @@ Agreement compare(const TileScene& scene, const ReceiverOptions& options) {
   const Maps maps = solve(solver, scene, kFixLayers);
   Agreement agreement;
   for (std::size_t i = 0; i < scene.cells.state.size(); ++i) {
-    const TileScene::Result answer = scene.reference_fix(i, options);
-    const bool solved = answer.fix.solved();
-    const bool far = solved && std::hypot(answer.horizontal_m, answer.vertical_m) > 1000;
+    const TileScene::Result result = scene.reference_fix(i, options);
+    const bool solved = result.fix.solved();
+    const bool far = solved && std::hypot(result.horizontal_m, result.vertical_m) > 1000;
     if (far || maps[4][i] > 100 || std::hypot(maps[0][i], maps[1][i]) > 1000) {
       ++agreement.extreme;
       continue;
     }
-    if ((maps[2][i] == 1) != solved || maps[6][i] != static_cast<float>(answer.fix.used.size())) {
+    if ((maps[2][i] == 1) != solved || maps[6][i] != static_cast<float>(result.fix.used.size())) {
       std::printf("  cell %zu: fix %d with %zu, map %.0f with %.0f; error %.1f %.1f, PDOP %.1f\n", i, solved,
-                  answer.fix.used.size(), double{maps[2][i]}, double{maps[6][i]}, answer.horizontal_m,
-                  answer.vertical_m, answer.fix.dop ? answer.fix.dop->pdop : 0);
+                  result.fix.used.size(), double{maps[2][i]}, double{maps[6][i]}, result.horizontal_m,
+                  result.vertical_m, result.fix.dop ? result.fix.dop->pdop : 0);
       ++agreement.differ;
       continue;
     }
@@ -69,14 +69,14 @@ Agreement compare(const TileScene& scene, const ReceiverOptions& options) {
     std::size_t received = 0;
     for (const auto& visibility : scene.signals.visibility)
       received += visibility[i] != CellVisibility::Blocked;
-    agreement.fewer += answer.fix.used.size() < received;
-    agreement.below += answer.fix.position.height_m < -100;
-    const double error_m = std::hypot(answer.horizontal_m, answer.vertical_m);
+    agreement.fewer += result.fix.used.size() < received;
+    agreement.below += result.fix.position.height_m < -100;
+    const double error_m = std::hypot(result.horizontal_m, result.vertical_m);
     agreement.largest_m = std::max(agreement.largest_m, error_m);
-    agreement.worst = std::max(agreement.worst, std::max(std::abs(double{maps[0][i]} - answer.horizontal_m),
-                                                         std::abs(double{maps[1][i]} - answer.vertical_m)) /
+    agreement.worst = std::max(agreement.worst, std::max(std::abs(double{maps[0][i]} - result.horizontal_m),
+                                                         std::abs(double{maps[1][i]} - result.vertical_m)) /
                                                     std::max(1.0, error_m));
-    const positioning::Dop& dop = *answer.fix.dop;
+    const positioning::Dop& dop = *result.fix.dop;
     agreement.worst_dop =
         std::max({agreement.worst_dop, std::abs(double{maps[3][i]} / dop.hdop - 1),
                   std::abs(double{maps[4][i]} / dop.pdop - 1), std::abs(double{maps[5][i]} / dop.vdop - 1)});

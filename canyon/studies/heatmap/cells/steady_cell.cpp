@@ -211,7 +211,7 @@ SteadyCell::PathSum SteadyCell::path_sum(const SteadySatellite& s, const CellPat
   const double power = std::norm(path.amplitude);
   const double fading_hz = tracking::fading_rate_hz(path.rate_mps - tracked.rate_mps, s.wavelength_m);
   if (!path.diffuse) {
-    const tracking::LaneCodeLock::CoherenceWeights weights = s.code->average(fading_hz);
+    const tracking::BatchCodeLock::CoherenceWeights weights = s.code->average(fading_hz);
     result.re = static_cast<float>(path.amplitude.real() * weights.coherent);
     result.im = static_cast<float>(path.amplitude.imag() * weights.coherent);
     result.incoherent = static_cast<float>(power * weights.incoherent);
@@ -325,8 +325,8 @@ void SteadyCell::locate(bool statistics, CellValues& values) {
   if (ranges_.size() == 1) return;
   SampledFixes fixes;
   for (std::size_t i = 1; i < ranges_.size(); ++i) {
-    const CellFix::CellSolution answer = fix_.solve(ranges_[i], statistics);
-    if (answer.solved) fixes.add(answer.error, answer.covariance, limits_);
+    const CellFix::CellSolution result = fix_.solve(ranges_[i], statistics);
+    if (result.solved) fixes.add(result.error, result.covariance, limits_);
   }
   const auto sample_count = static_cast<int>(ranges_.size()) - 1;
   values.set(Layer::Availability, static_cast<double>(fixes.horizontal_m.size()) / sample_count);
@@ -336,7 +336,7 @@ void SteadyCell::locate(bool statistics, CellValues& values) {
 void SteadyCell::solve(const Vector3d& point, std::span<const propagation::KnownEdge> edges,
                        const PathNode& node, bool statistics, CellValues& values) {
   position_ = point;
-  propagator_.trace_near(point, sky_.directions(), edges, traced_);
+  propagator_.trace_first_order(point, sky_.directions(), edges, traced_);
   compute(point - node.position, node, statistics, values);
 }
 

@@ -108,7 +108,7 @@ class SteadyCell {
   std::vector<propagation::SatellitePaths> traced_;
   std::vector<CellPath> paths_;
   std::vector<std::optional<PathSum>> sums_;  // [tracked path] of the current path
-  tracking::LaneCodeLock::Paths lanes_;
+  tracking::BatchCodeLock::Paths lanes_;
   std::vector<float> delay_m_, power_;
   std::vector<std::size_t> tracked_;            // [lane] index of the path with the tracked carrier
   std::vector<std::vector<CellRange>> ranges_;  // [lane]

@@ -20,20 +20,20 @@ using Eigen::Vector3d;
 constexpr double kAmplitudePerDb = 20;
 
 /// The loop of all receivers with these options, made once for each kind of signal.
-std::shared_ptr<const tracking::LaneCodeLock> lane_lock_of(
+std::shared_ptr<const tracking::BatchCodeLock> lane_lock_of(
     const tracking::ChannelModel::Kind& kind,
-    std::vector<std::shared_ptr<const tracking::LaneCodeLock>>& made) {
+    std::vector<std::shared_ptr<const tracking::BatchCodeLock>>& made) {
   for (const auto& each : made)
     if (&each->tracker() == kind.tracker.get()) return each;
-  return made.emplace_back(std::make_shared<const tracking::LaneCodeLock>(kind.tracker));
+  return made.emplace_back(std::make_shared<const tracking::BatchCodeLock>(kind.tracker));
 }
 
 }  // namespace
 
 SteadySky::SteadySky(const simulation::Environment& environment, const receiver::ReceiverOptions& options,
-                     int max_clusters, const DrawOptions& monte_carlo, int lanes, const Vector3d& centre,
-                     geodesy::GpsTime time)
-    : lanes_(lanes), padded_(tracking::LaneCodeLock::padded(static_cast<std::size_t>(lanes))) {
+                     int max_clusters, const MonteCarloOptions& monte_carlo, int lanes,
+                     const Vector3d& centre, geodesy::GpsTime time)
+    : lanes_(lanes), padded_(tracking::BatchCodeLock::padded(static_cast<std::size_t>(lanes))) {
   const geodesy::LocalFrame& frame = environment.city().frame;
   const Vector3d centre_ecef = frame.ecef_from_local(centre);
   const orbit::Observer observer(centre_ecef);
@@ -62,7 +62,7 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
     lines.push_back(*line);
   }
   sampled.space = range_errors_by_sample(environment.errors().get(), monte_carlo, time, lanes - 1, above);
-  for (const errors::SpaceErrors& each : sampled.space)
+  for (const errors::RangeErrorModel& each : sampled.space)
     sampled.receptions.push_back(each.reception(time, centre_ecef));
 
   std::erase_if(lines, [&](const orbit::LineOfSight& line) { return common.signal_of(line.id) == nullptr; });

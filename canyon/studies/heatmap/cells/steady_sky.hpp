@@ -27,7 +27,7 @@ struct SteadySatellite {
   double direction_rate_radps = 0;  ///< SatelliteView::direction_rate_radps()
   const gnss::Signal* signal = nullptr;
   double carrier_hz = 0, wavelength_m = 0;
-  std::shared_ptr<const tracking::LaneCodeLock> code;
+  std::shared_ptr<const tracking::BatchCodeLock> code;
   double peak_power = 1;  ///< of the prompt correlator on a path of power 1
   /// Noise of the code; empty: the receiver's loops have no noise.
   std::optional<tracking::CodeLoopNoise> noise;
@@ -45,14 +45,14 @@ struct SteadySatellite {
 class SteadySky {
  public:
   SteadySky(const simulation::Environment& environment, const receiver::ReceiverOptions& options,
-            int max_clusters, const DrawOptions& monte_carlo, int lanes, const Eigen::Vector3d& centre,
+            int max_clusters, const MonteCarloOptions& monte_carlo, int lanes, const Eigen::Vector3d& centre,
             geodesy::GpsTime time);
 
   [[nodiscard]] const std::vector<SteadySatellite>& satellites() const { return satellites_; }
   [[nodiscard]] const std::vector<FixSatellite>& fix_satellites() const { return fix_satellites_; }
   [[nodiscard]] const std::vector<Eigen::Vector3d>& directions() const { return directions_; }
   [[nodiscard]] int lanes() const { return lanes_; }
-  /// A multiple of LaneCodeLock::kWidth.
+  /// A multiple of BatchCodeLock::kWidth.
   [[nodiscard]] std::size_t padded() const { return padded_; }
   /// e^(j phi0) of a reflector in each lane. @param re, im padded() each
   void phases_of(std::size_t satellite, std::uint64_t reflector, float* re, float* im) const;
@@ -61,13 +61,13 @@ class SteadySky {
 
  private:
   struct NoiseSamples {
-    std::vector<std::uint64_t> seeds;                        ///< [draw]
-    std::vector<errors::SpaceErrors> space;                  ///< [draw], or empty
-    std::vector<errors::SpaceErrors::Reception> receptions;  ///< likewise, at the tile's centre
-    std::vector<disturbance::Shadowing> shadowings;          ///< [draw], or empty
+    std::vector<std::uint64_t> seeds;                            ///< [draw]
+    std::vector<errors::RangeErrorModel> space;                  ///< [draw], or empty
+    std::vector<errors::RangeErrorModel::Reception> receptions;  ///< likewise, at the tile's centre
+    std::vector<disturbance::Shadowing> shadowings;              ///< [draw], or empty
   };
   /// Code loops that already exist.
-  using Locks = std::vector<std::shared_ptr<const tracking::LaneCodeLock>>;
+  using Locks = std::vector<std::shared_ptr<const tracking::BatchCodeLock>>;
   [[nodiscard]] SteadySatellite satellite_of(const TileErrors& common, const orbit::LineOfSight& line,
                                              Locks& locks);
   void fill_lanes(const TileErrors& common, NoiseSamples& monte_carlo, std::size_t bundles,

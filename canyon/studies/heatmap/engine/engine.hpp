@@ -30,7 +30,7 @@ struct Request {
   AltitudeKind altitude_kind = AltitudeKind::AboveTerrain;
   std::vector<geodesy::GpsTime> times;           ///< ascending, at least one
   std::vector<Layer> layers = default_layers();  ///< at least one, each once
-  DrawOptions samples;
+  MonteCarloOptions samples;
   CellReceiverOptions receivers;
   LimitOptions limits;
   simulation::MapOptions motion{simulation::Motion::Stationary};

@@ -58,7 +58,7 @@ Route follow(const simulation::Trajectory& trajectory, const geodesy::LocalFrame
 }
 
 bool known(const RouteStation& station) {
-  return station.answer && station.answer->state == CellState::Computed;
+  return station.result && station.result->state == CellState::Computed;
 }
 
 LayerSummary summarize_layer(Layer layer, std::size_t index, const std::vector<RouteStation>& stations) {
@@ -66,8 +66,8 @@ LayerSummary summarize_layer(Layer layer, std::size_t index, const std::vector<R
   std::vector<double> values;
   double sum = 0;
   for (const RouteStation& station : stations) {
-    if (!known(station) || std::isnan(station.answer->values[index])) continue;
-    values.push_back(station.answer->values[index]);
+    if (!known(station) || std::isnan(station.result->values[index])) continue;
+    values.push_back(station.result->values[index]);
     sum += values.back();
   }
   LayerSummary result{layer, values.size(), kNone, kNone, kNone, kNone, kNone};
@@ -102,7 +102,7 @@ void find_worst(RouteReport& report, double piece_m, double stretch_m) {
                                             1, stations.size())
                   : stations.size();
   const auto error = [&](std::size_t i) {
-    return known(stations[i]) ? static_cast<double>(stations[i].answer->values[*report.error])
+    return known(stations[i]) ? static_cast<double>(stations[i].result->values[*report.error])
                               : std::numeric_limits<double>::quiet_NaN();
   };
   // Prefix sums, so that rounding errors do not accumulate as the window slides.
@@ -129,7 +129,7 @@ void find_no_fix(RouteReport& report, const std::vector<Layer>& layers, std::siz
   for (std::size_t i = 0; i < report.stations.size(); ++i) {
     const RouteStation& station = report.stations[i];
     const bool here = known(station);
-    const double fraction = here ? fix_fraction(layers[layer], station.answer->values[layer]) : 0;
+    const double fraction = here ? fix_fraction(layers[layer], station.result->values[layer]) : 0;
     if (here) sum += fraction;
     length = here && fraction < 0.5 ? length + 1 : 0;
     if (length > 0 && (!report.no_fix || length > report.no_fix->count))
@@ -176,9 +176,9 @@ RouteReport report_route(const MapLookup& map, const geodesy::LocalFrame& frame,
     const Route::Corner here = route.at((static_cast<double>(i) + 0.5) * piece_m, hint);
     const double seconds = options.speed_mps ? here.travelled_m / *options.speed_mps : here.seconds;
     RouteStation station{here.travelled_m, start + seconds, here.enu, std::nullopt};
-    station.answer = map(station.enu, options.altitude_m.value_or(here.height_m), station.time);
-    assert(!station.answer || station.answer->values.size() == layers.size());
-    if (!station.answer)
+    station.result = map(station.enu, options.altitude_m.value_or(here.height_m), station.time);
+    assert(!station.result || station.result->values.size() == layers.size());
+    if (!station.result)
       ++report.outside;
     else if (known(station))
       ++report.known;

@@ -40,7 +40,7 @@ struct RouteStation {
   double travelled_m = 0;  ///< from the beginning, in the map's plane
   geodesy::GpsTime time;
   Eigen::Vector2d enu = Eigen::Vector2d::Zero();
-  std::optional<MapSample> answer;  ///< empty: outside the map or its times
+  std::optional<MapSample> result;  ///< empty: outside the map or its times
 };
 
 struct RouteStretch {

@@ -28,7 +28,7 @@ simulation::Trajectory drive(const std::vector<Vector2d>& corners, double speed_
   return simulation::Trajectory::from_waypoints(kStart, points, std::nullopt);
 }
 
-MapSample answer(std::vector<float> values, CellState state = CellState::Computed) {
+MapSample result(std::vector<float> values, CellState state = CellState::Computed) {
   MapSample result;
   result.values = std::move(values);
   result.state = state;
@@ -39,9 +39,9 @@ MapSample answer(std::vector<float> values, CellState state = CellState::Compute
 // 180.
 const std::vector<Layer> kLayers{Layer::SatellitesUsed, Layer::HorizontalError};
 std::optional<MapSample> street(const Vector2d& enu, double /*altitude*/, GpsTime /*time*/) {
-  if (enu.x() > 180) return answer({kNaN, kNaN}, CellState::InsideBuilding);
-  if (enu.x() > 140 && enu.x() < 160) return answer({3, kNaN});
-  return answer({8, enu.x() < 100 ? 2.0F : 10.0F});
+  if (enu.x() > 180) return result({kNaN, kNaN}, CellState::InsideBuilding);
+  if (enu.x() > 140 && enu.x() < 160) return result({3, kNaN});
+  return result({8, enu.x() < 100 ? 2.0F : 10.0F});
 }
 
 TEST(JudgeRoute, TellsExpectedErrorAvailabilityAndTheWorstStretch) {
@@ -129,14 +129,14 @@ TEST(JudgeRoute, APlaceIsOneStation) {
 TEST(JudgeRoute, ExpectsTheMeanOverDrawsWhereThereIsOne) {
   const std::vector<Layer> layers{Layer::HorizontalErrorP95, Layer::HorizontalError,
                                   Layer::HorizontalErrorMean, Layer::Availability};
-  const MapLookup map = [](const Vector2d&, double, GpsTime) { return answer({9, 1, 4, 0.25F}); };
+  const MapLookup map = [](const Vector2d&, double, GpsTime) { return result({9, 1, 4, 0.25F}); };
   const RouteReport report = report_route(map, kFrame, layers, drive({{0, 0}, {20, 0}}, 10), {});
   EXPECT_EQ(report.error, 2U);
   EXPECT_NEAR(*report.availability, 0.25, 1e-12);
   // A fix for a quarter of the time counts as mostly no fix.
   ASSERT_TRUE(report.no_fix);
   EXPECT_EQ(report.no_fix->count, report.stations.size());
-  const RouteReport blind = report_route([](const Vector2d&, double, GpsTime) { return answer({1}); }, kFrame,
+  const RouteReport blind = report_route([](const Vector2d&, double, GpsTime) { return result({1}); }, kFrame,
                                          {Layer::SkyView}, drive({{0, 0}, {20, 0}}, 10), {});
   EXPECT_FALSE(blind.error);
   EXPECT_FALSE(blind.availability);

@@ -253,16 +253,16 @@ std::optional<MapSample> StoredMap::at(const Eigen::Vector2d& enu, double altitu
 
   const std::lock_guard<std::mutex> lock(impl_->mutex);
   const Piece& piece = impl_->piece(tile, *time_index, altitude);
-  MapSample answer;
+  MapSample result;
   for (std::size_t k = 0; k < impl_->layers.size(); ++k)
-    answer.values.push_back(piece.values[k * box.cells() + cell]);
+    result.values.push_back(piece.values[k * box.cells() + cell]);
   const signed char state = piece.state[cell];
   if (state > static_cast<signed char>(CellState::NoTerrain)) impl_->refuse("a cell has an unknown state");
   // A cell that was not computed has no values and no other state.
-  answer.state = state < 0 ? CellState::Computed : static_cast<CellState>(state);
-  answer.time = impl_->times[*time_index];
-  answer.altitude_m = impl_->altitudes_m[altitude];
-  return answer;
+  result.state = state < 0 ? CellState::Computed : static_cast<CellState>(state);
+  result.time = impl_->times[*time_index];
+  result.altitude_m = impl_->altitudes_m[altitude];
+  return result;
 }
 
 }  // namespace canyon::heatmap

@@ -60,14 +60,14 @@ TEST(StoredMap, GivesBackWhatWasWritten) {
     for (std::size_t altitude = 0; altitude < 2; ++altitude) {
       for (std::uint32_t row = 0; row < grid.rows; ++row) {
         for (std::uint32_t column = 0; column < grid.columns; ++column) {
-          const auto answer =
+          const auto result =
               stored.at(grid.centre(column, row), map.request.altitudes_m[altitude], map.request.times[time]);
-          ASSERT_TRUE(answer);
-          EXPECT_EQ(answer->state, test::SampleMap::state(altitude, column, row));
-          EXPECT_EQ(answer->altitude_m, map.request.altitudes_m[altitude]);
-          EXPECT_EQ(answer->time, map.request.times[time]);
+          ASSERT_TRUE(result);
+          EXPECT_EQ(result->state, test::SampleMap::state(altitude, column, row));
+          EXPECT_EQ(result->altitude_m, map.request.altitudes_m[altitude]);
+          EXPECT_EQ(result->time, map.request.times[time]);
           for (std::size_t k = 0; k < 2; ++k) {
-            ASSERT_TRUE(same(answer->values[k], test::SampleMap::value(k, time, altitude, column, row)))
+            ASSERT_TRUE(same(result->values[k], test::SampleMap::value(k, time, altitude, column, row)))
                 << column << ' ' << row;
           }
         }
@@ -119,9 +119,9 @@ TEST(StoredMap, SidesOfCells) {
   write_netcdf(folder / "map.nc", map.source());
   const StoredMap stored(folder / "map.nc");
   const auto value = [&](double east, double north) -> std::optional<float> {
-    const auto answer = stored.at({east, north}, 15, map.request.times[0]);
-    if (!answer) return std::nullopt;
-    return answer->values[0];
+    const auto result = stored.at({east, north}, 15, map.request.times[0]);
+    if (!result) return std::nullopt;
+    return result->values[0];
   };
   EXPECT_EQ(value(-100, -50), 0) << "the south-western corner";
   EXPECT_EQ(value(-99.001, -50), 0);
@@ -144,10 +144,10 @@ TEST(StoredMap, CellsThatWereNotComputed) {
   };
   write_netcdf(folder / "map.nc", source);
   const StoredMap stored(folder / "map.nc");
-  const auto answer = stored.at({-83.5, -49.5}, 15, map.request.times[0]);
-  ASSERT_TRUE(answer);
-  EXPECT_TRUE(std::isnan(answer->values[0]));
-  EXPECT_EQ(answer->state, CellState::Computed);
+  const auto result = stored.at({-83.5, -49.5}, 15, map.request.times[0]);
+  ASSERT_TRUE(result);
+  EXPECT_TRUE(std::isnan(result->values[0]));
+  EXPECT_EQ(result->state, CellState::Computed);
 }
 
 TEST(StoredMap, ManyThreadsAsk) {
@@ -162,8 +162,8 @@ TEST(StoredMap, ManyThreadsAsk) {
       std::mt19937 random(seed);
       for (int i = 0; i < 500; ++i) {
         const std::uint32_t column = random() % 400, row = random() % 300;
-        const auto answer = stored.at(map.request.grid.centre(column, row), 15, map.request.times[0]);
-        if (!answer || !same(answer->values[1], test::SampleMap::value(1, 0, 0, column, row))) ++wrong;
+        const auto result = stored.at(map.request.grid.centre(column, row), 15, map.request.times[0]);
+        if (!result || !same(result->values[1], test::SampleMap::value(1, 0, 0, column, row))) ++wrong;
       }
     });
   }
@@ -261,10 +261,10 @@ TEST(StoredMap, OtherProgramsMayEditTheFile) {
   ASSERT_EQ(nc_close(id), NC_NOERR);
   EXPECT_EQ(test::read_bytes(folder / "map.nc").find("canyon-crc32"), std::string::npos)
       << "HDF5 cuts off what stands behind its end";
-  const auto answer =
+  const auto result =
       StoredMap(folder / "map.nc").at({-99.5, -49.5}, 15, test::SampleMap(1, 1).request.times[0]);
-  ASSERT_TRUE(answer);
-  EXPECT_EQ(answer->values[0], test::SampleMap::value(0, 0, 0, 0, 0));
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->values[0], test::SampleMap::value(0, 0, 0, 0, 0));
 }
 
 TEST(StoredMap, DamageIsSaidOrHarmless) {
@@ -288,10 +288,10 @@ TEST(StoredMap, DamageIsSaidOrHarmless) {
       const StoredMap stored(folder / "hurt.nc");
       for (std::uint32_t row = 0; row < 60; row += 8) {
         for (std::uint32_t column = 0; column < 60; column += 8) {
-          const auto answer = stored.at(map.request.grid.centre(column, row), 15, map.request.times[0]);
-          ASSERT_TRUE(answer);
+          const auto result = stored.at(map.request.grid.centre(column, row), 15, map.request.times[0]);
+          ASSERT_TRUE(result);
           for (std::size_t k = 0; k < 2; ++k) {
-            EXPECT_TRUE(same(answer->values[k], test::SampleMap::value(k, 0, 0, column, row)));
+            EXPECT_TRUE(same(result->values[k], test::SampleMap::value(k, 0, 0, column, row)));
           }
         }
       }

@@ -258,7 +258,7 @@ void print_ratios() {
   std::size_t cells = 0;
   struct Method {
     const char* name;
-    std::function<void()> answer;
+    std::function<void()> result;
     bool compared;  ///< its results are in `other`
     std::vector<double> seconds, ratios;
   };
@@ -301,7 +301,7 @@ void print_ratios() {
         }
         for (Method& route : routes) {
           const double start = cpu_seconds();
-          route.answer();
+          route.result();
           route.seconds.back() += cpu_seconds() - start;
           if (!route.compared || round > 0) continue;
           for (std::size_t i = 0; i < cells; ++i) {

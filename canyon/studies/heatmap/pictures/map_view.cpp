@@ -108,10 +108,10 @@ class Writer {
     output::ViewRows cells(output::kViewMapCells);
     const double altitude_m = map_.altitudes_m()[altitude];
     for_each_cell([&](const Eigen::Vector2d& centre) {
-      const auto answer = map_.at(centre, altitude_m, map_.times().front());
+      const auto result = map_.at(centre, altitude_m, map_.times().front());
       // Rounded to a centimetre: finer slopes are invisible and compress badly.
       const double up_m = cell_height(map_, centre, altitude_m, terrain);
-      cells.add({static_cast<double>(answer->state), std::round(up_m * 100) / 100});
+      cells.add({static_cast<double>(result->state), std::round(up_m * 100) / 100});
     });
     put(fmt::format("map-{}.bin.gz", altitude), cells, {{"kind", "map-cells"}, {"altitude", altitude}});
   }
@@ -121,11 +121,11 @@ class Writer {
     const std::size_t layers = map_.layers().size();
     std::vector<std::vector<float>> values(layers);
     for_each_cell([&](const Eigen::Vector2d& centre) {
-      const auto answer = map_.at(centre, map_.altitudes_m()[altitude], map_.times()[time]);
+      const auto result = map_.at(centre, map_.altitudes_m()[altitude], map_.times()[time]);
       for (std::size_t k = 0; k < layers; ++k) {
-        values[k].push_back(answer->values[k]);
+        values[k].push_back(result->values[k]);
         const bool is_signed = heatmap::style_of(map_.layers()[k]).kind == heatmap::ValueKind::SignedLength;
-        counts_[k].add(is_signed ? std::abs(answer->values[k]) : answer->values[k]);
+        counts_[k].add(is_signed ? std::abs(result->values[k]) : result->values[k]);
       }
     });
     output::ViewRows rows(output::kViewMapValues);
