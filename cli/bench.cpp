@@ -7,15 +7,15 @@
 #include <optional>
 #include <set>
 
+#include "canyon/analysis/bench/drives.hpp"
+#include "canyon/analysis/bench/page.hpp"
+#include "canyon/analysis/bench/score.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/outputs/output/sinks.hpp"
-#include "canyon/run/scenario/profile.hpp"
-#include "canyon/run/scenario/scenario.hpp"
-#include "canyon/studies/bench/drives.hpp"
-#include "canyon/studies/bench/page.hpp"
-#include "canyon/studies/bench/score.hpp"
+#include "canyon/outputs/encoding/sinks.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/program.hpp"
 #include "cli/progress.hpp"

@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "canyon/analysis/calibration/calibrate.hpp"
+#include "canyon/analysis/validation/metrics.hpp"
+#include "canyon/analysis/validation/metrics_text.hpp"
+#include "canyon/analysis/validation/recording_table.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/options/node.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text_file.hpp"
-#include "canyon/run/scenario/profile.hpp"
-#include "canyon/studies/calibration/calibrate.hpp"
-#include "canyon/studies/validation/figures.hpp"
-#include "canyon/studies/validation/figures_text.hpp"
-#include "canyon/studies/validation/recording_table.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/recorded_drive.hpp"

@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
+#include "canyon/analysis/inspection/inspect.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/studies/inspect.hpp"
 #include "cli/commands.hpp"
 
 namespace canyon::cli {

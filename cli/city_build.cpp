@@ -12,7 +12,7 @@
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/gazebo_export.hpp"
 #include "canyon/city/mesh_export.hpp"
-#include "canyon/run/load_city.hpp"
+#include "canyon/simulation/load_city.hpp"
 #include "cli/city_commands.hpp"
 #include "cli/field_option.hpp"
 #include "cli/progress.hpp"

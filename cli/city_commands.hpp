@@ -3,8 +3,8 @@
 #include <array>
 #include <string>
 
-#include "canyon/run/load_city.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
 

@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "canyon/analysis/heatmap/engine/mpi.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/statistics.hpp"
-#include "canyon/run/motion/trajectory.hpp"
-#include "canyon/run/ordered_blocks.hpp"
-#include "canyon/run/unknowns.hpp"
-#include "canyon/studies/heatmap/engine/mpi.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/ordered_blocks.hpp"
+#include "canyon/simulation/unknowns/unknowns.hpp"
 
 namespace canyon::cli {
 

@@ -4,8 +4,8 @@
 
 #include "canyon/base/text.hpp"
 #include "canyon/outputs/drawing/views/pictures.hpp"
-#include "canyon/outputs/output/number.hpp"
-#include "canyon/run/samples/correlation_record.hpp"
+#include "canyon/outputs/encoding/number.hpp"
+#include "canyon/simulation/samples/correlation_record.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/scenario_run.hpp"

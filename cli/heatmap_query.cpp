@@ -4,15 +4,15 @@
 #include <array>
 #include <cmath>
 
+#include "canyon/analysis/heatmap/engine/map_source.hpp"
+#include "canyon/analysis/heatmap/engine/map_summary.hpp"
+#include "canyon/analysis/heatmap/engine/route_report.hpp"
+#include "canyon/analysis/heatmap/files/stored_map.hpp"
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/run/motion/recorded_path.hpp"
-#include "canyon/studies/heatmap/engine/map_source.hpp"
-#include "canyon/studies/heatmap/engine/map_summary.hpp"
-#include "canyon/studies/heatmap/engine/route_report.hpp"
-#include "canyon/studies/heatmap/files/stored_map.hpp"
+#include "canyon/simulation/motion/recorded_path.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
 #include "cli/progress.hpp"

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <system_error>
 
+#include "canyon/analysis/heatmap/files/area_file.hpp"
+#include "canyon/analysis/validation/comparison.hpp"
 #include "canyon/base/named.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/run/load_city.hpp"
-#include "canyon/studies/heatmap/files/area_file.hpp"
-#include "canyon/studies/validation/comparison.hpp"
+#include "canyon/simulation/load_city.hpp"
 #include "cli/city_commands.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "canyon/run/scenario/scenario.hpp"
-#include "canyon/run/unknowns.hpp"
-#include "canyon/studies/heatmap/engine/map_request.hpp"
-#include "canyon/studies/heatmap/engine/map_source.hpp"
+#include "canyon/analysis/heatmap/engine/map_request.hpp"
+#include "canyon/analysis/heatmap/engine/map_source.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/unknowns/unknowns.hpp"
 
 namespace canyon::cli {
 

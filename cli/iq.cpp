@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "canyon/base/transport/byte_sink.hpp"
-#include "canyon/run/samples/sample_file.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/simulation/samples/sample_file.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/scenario_run.hpp"

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <cstdio>
 
+#include "canyon/analysis/validation/metrics_text.hpp"
+#include "canyon/analysis/validation/recorded_scene.hpp"
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/run/georeference.hpp"
-#include "canyon/run/load_city.hpp"
-#include "canyon/run/motion/trajectory.hpp"
-#include "canyon/run/scenario/profile.hpp"
-#include "canyon/studies/validation/figures_text.hpp"
-#include "canyon/studies/validation/recorded_scene.hpp"
+#include "canyon/simulation/georeference.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
 

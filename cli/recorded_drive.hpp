@@ -8,14 +8,14 @@
 #include <string>
 #include <vector>
 
+#include "canyon/analysis/validation/alignment.hpp"
+#include "canyon/analysis/validation/metrics.hpp"
+#include "canyon/analysis/validation/recorded_scene.hpp"
+#include "canyon/analysis/validation/recording_table.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/run/environment.hpp"
-#include "canyon/run/scenario/scenario.hpp"
-#include "canyon/run/simulator.hpp"
-#include "canyon/studies/validation/alignment.hpp"
-#include "canyon/studies/validation/figures.hpp"
-#include "canyon/studies/validation/recorded_scene.hpp"
-#include "canyon/studies/validation/recording_table.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "cli/arguments.hpp"
 #include "cli/progress.hpp"
 

@@ -2,8 +2,8 @@
 
 #include "canyon/base/options/describe.hpp"
 #include "canyon/paths/disturbance/faults/fault.hpp"
-#include "canyon/run/scenario/profile.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/scenario_run.hpp"
 

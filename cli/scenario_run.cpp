@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/run/load_city.hpp"
+#include "canyon/simulation/load_city.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 

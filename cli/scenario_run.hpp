@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "canyon/run/environment.hpp"
-#include "canyon/run/scenario/scenario.hpp"
-#include "canyon/run/simulator.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "cli/field_option.hpp"
 
 namespace canyon::cli {

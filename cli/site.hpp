@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "canyon/run/simulator.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "cli/arguments.hpp"
 
 namespace canyon::cli {

@@ -3,8 +3,8 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/run/scenario/scenario.hpp"
-#include "canyon/run/simulator.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
 

@@ -3,15 +3,15 @@
 #include <chrono>
 #include <cstdio>
 
+#include "canyon/analysis/heatmap/engine/mpi.hpp"
+#include "canyon/analysis/study/along.hpp"
+#include "canyon/analysis/study/compare.hpp"
+#include "canyon/analysis/study/netcdf.hpp"
+#include "canyon/analysis/study/pictures.hpp"
+#include "canyon/analysis/study/runner.hpp"
 #include "canyon/base/options/describe.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/studies/heatmap/engine/mpi.hpp"
-#include "canyon/studies/study/along.hpp"
-#include "canyon/studies/study/compare.hpp"
-#include "canyon/studies/study/netcdf.hpp"
-#include "canyon/studies/study/pictures.hpp"
-#include "canyon/studies/study/runner.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/scenario_run.hpp"

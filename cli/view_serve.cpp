@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/outputs/output/view_messages.hpp"
+#include "canyon/outputs/encoding/view_messages.hpp"
 #include "canyon/outputs/view/live_relay.hpp"
 #include "canyon/outputs/view/page.hpp"
 #include "canyon/outputs/view/probe.hpp"

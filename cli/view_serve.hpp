@@ -9,8 +9,8 @@
 
 #include "canyon/outputs/view/header.hpp"
 #include "canyon/outputs/view/server.hpp"
-#include "canyon/run/environment.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "cli/arguments.hpp"
 
 namespace canyon::cli {

@@ -12,7 +12,7 @@ if(NOT TARGET canyon_geographiclib)
                         INTERFACE_LINK_LIBRARIES "${CANYON_GEOGRAPHICLIB_LIBRARY}")
 endif()
 
-# Without Embree rays use Canyon's own tree of boxes (canyon/city/raytrace/own_triangles.hpp).
+# Without Embree rays use Canyon's own tree of boxes (canyon/city/raytrace/builtin_triangles.hpp).
 if(NOT TARGET canyon_embree)
   find_path(CANYON_EMBREE_INCLUDE NAMES embree4/rtcore.h embree3/rtcore.h)
   find_library(CANYON_EMBREE_LIBRARY NAMES embree4 embree3)

@@ -16,7 +16,7 @@ function(canyon_soname result library)
   endif()
   set(${result} ${CMAKE_MATCH_1} PARENT_SCOPE)
 endfunction()
-# MPI is not linked: canyon/studies/heatmap/engine/mpi.cpp loads it in a process that mpirun started.
+# MPI is not linked: canyon/analysis/heatmap/engine/mpi.cpp loads it in a process that mpirun started.
 add_library(canyon_mpi_headers INTERFACE)
 find_package(MPI QUIET COMPONENTS C)
 list(FILTER MPI_C_LIBRARIES INCLUDE REGEX "/libmpi(ch)?\\.so")

@@ -1,4 +1,4 @@
-# profiles/*.yaml become a source of canyon_run_scenario, so that programs need no files at run time. They are
+# profiles/*.yaml become a source of canyon_simulation_scenario, so that programs need no files at run time. They are
 # also installed, for reading and copying.
 set(CANYON_PROFILE_SOURCE ${CMAKE_CURRENT_BINARY_DIR}/generated/built_in_profiles.cpp)
 file(GLOB profiles CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/../profiles/*.yaml)
@@ -11,7 +11,7 @@ foreach(profile IN LISTS profiles)
   string(APPEND CANYON_PROFILE_ENTRIES "      {\"${name}\", R\"canyon(${text})canyon\"},\n")
 endforeach()
 configure_file(${CMAKE_CURRENT_LIST_DIR}/built_in_profiles.cpp.in ${CANYON_PROFILE_SOURCE} @ONLY)
-if(TARGET canyon_run_scenario)
-  target_sources(canyon_run_scenario PRIVATE ${CANYON_PROFILE_SOURCE})
+if(TARGET canyon_simulation_scenario)
+  target_sources(canyon_simulation_scenario PRIVATE ${CANYON_PROFILE_SOURCE})
   install(DIRECTORY profiles/ DESTINATION ${CMAKE_INSTALL_DATADIR}/canyon/profiles FILES_MATCHING PATTERN "*.yaml")
 endif()

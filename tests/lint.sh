@@ -31,10 +31,10 @@ while IFS=: read -r file line included; do
 done < <(printf '%s\n' "${sources[@]}" | grep -v '^canyon/[a-z]*\.hpp$' | xargs grep -nHE '^#include "canyon/' | sed -E 's|^([^:]*:[0-9]+):#include "canyon/([a-z_/]+)/[a-z0-9_]+[.][a-z]+".*|\1:\2|')
 
 # Eight layers, each with a README, and two more headers.
-storeys='base|sky|city|paths|receiver|run|outputs|studies'
+layers='base|sky|city|paths|receiver|simulation|outputs|analysis'
 while IFS= read -r file; do breach "$file: is in none of the eight layers"; done \
-  < <(printf '%s\n' "${sources[@]}" | grep -vE "^canyon/(($storeys)/.*|(canyon|io)\.hpp)\$")
-for storey in ${storeys//|/ }; do [ -e "canyon/$storey/README.md" ] || breach "canyon/$storey: no README.md"; done
+  < <(printf '%s\n' "${sources[@]}" | grep -vE "^canyon/(($layers)/.*|(canyon|io)\.hpp)\$")
+for layer in ${layers//|/ }; do [ -e "canyon/$layer/README.md" ] || breach "canyon/$layer: no README.md"; done
 
 # 2. The engine does not depend on hosts.
 grep_each "the engine includes a host's header" \
@@ -53,8 +53,8 @@ grep_each "only canyon/raytrace may include Embree" '#include [<"]embree' "${out
 mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/city/buildings/|^canyon/city/meshes/geos\.hpp$')
 grep_each "only canyon/city/buildings may include map libraries (and canyon/city/meshes/geos.hpp GEOS)" \
   '#include [<"](osmium|protozero|geos|curl)' "${outside[@]}"
-mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/(city/buildings|studies/heatmap)/')
-grep_each "only canyon/city/buildings and canyon/studies/heatmap may include raster libraries" \
+mapfile -t outside < <(printf '%s\n' "${sources[@]}" | grep -vE '^canyon/(city/buildings|analysis/heatmap)/')
+grep_each "only canyon/city/buildings and canyon/analysis/heatmap may include raster libraries" \
   '#include [<"](gdal|ogr|netcdf)' "${outside[@]}"
 # FOLDER/FILE.cpp, or FOLDER/ALL, of the files assigned to canyon::io in CMakeLists.txt.
 io=$(tr -s '\n ' ' ' <CMakeLists.txt | grep -oE 'canyon_folder\([^)]*\)' | sed -nE 's/^canyon_folder\(([a-z_/]+) (.* )?IO ([^)]*)\)/\1 \3/p' |
@@ -63,7 +63,7 @@ while IFS= read -r file; do
   [[ $file == *.hpp ]] || grep -qxF -e "${file/%_test.cpp/.cpp}" -e "${file%/*}/ALL" <<<"$io" ||
     breach "$file: includes Cairo, GDAL or NetCDF but is not named after IO in CMakeLists.txt"
 done < <({ grep -lE '#include [<"]cairo' "${sources[@]}"
-           printf '%s\n' "${sources[@]}" | grep '^canyon/studies/heatmap/' |
+           printf '%s\n' "${sources[@]}" | grep '^canyon/analysis/heatmap/' |
              xargs grep -lE '#include [<"](gdal|ogr|netcdf)'; } | sort -u)
 
 # 4. Public headers are those included by the umbrella headers (cmake/install_headers.cmake installs
@@ -109,8 +109,8 @@ adapters/gazebo_classic/publishers.hpp
 adapters/gz_sim/publishers.hpp
 canyon/base/transport/devices.hpp
 canyon/city/meshes/mesh_scene.hpp
-canyon/outputs/output/encoder.hpp
-canyon/outputs/output/ubx/messages.hpp
+canyon/outputs/encoding/encoder.hpp
+canyon/outputs/encoding/ubx/messages.hpp
 canyon/sky/broadcast/messages.hpp
 cli/city_commands.hpp
 cli/commands.hpp

@@ -18,21 +18,21 @@ plant() {
   wanted+=("$file")
 }
 plant canyon/base/geodesy/planted.cpp '#include "canyon/sky/orbit/sky.hpp"'
-plant canyon/run/planted.cpp '#include "canyon/outputs/output/sinks.hpp"'
+plant canyon/simulation/planted.cpp '#include "canyon/outputs/encoding/sinks.hpp"'
 plant canyon/receiver/planted.cpp '#include <gazebo/common/Plugin.hh>'
-plant canyon/outputs/output/planted.cpp '#include <ros/ros.h>'
-plant canyon/outputs/output/planted.cpp '#include <mavlink/v2.0/common/mavlink.h>'
+plant canyon/outputs/encoding/planted.cpp '#include <ros/ros.h>'
+plant canyon/outputs/encoding/planted.cpp '#include <mavlink/v2.0/common/mavlink.h>'
 plant canyon/outputs/view/planted.cpp '#include <nlohmann/json.hpp>'
 plant canyon/paths/propagation/planted.cpp '#include <embree3/rtcore.h>'
-plant canyon/run/planted.cpp '#include <gdal.h>'
+plant canyon/simulation/planted.cpp '#include <gdal.h>'
 # Folders in folders: a folder's parts stand above it, and one that CMakeLists.txt does not name is none.
 plant canyon/city/buildings/sources/planted.cpp '#include "canyon/city/buildings/city_builder.hpp"'
-plant canyon/studies/heatmap/kernels/planted.cpp '#include "canyon/studies/heatmap/engine/engine.hpp"'
-plant canyon/studies/heatmap/planted.cpp '#include "canyon/base/text.hpp"'
-plant canyon/studies/heatmap/engine/planted.cpp '#include <netcdf.h>'
+plant canyon/analysis/heatmap/kernels/planted.cpp '#include "canyon/analysis/heatmap/engine/engine.hpp"'
+plant canyon/analysis/heatmap/planted.cpp '#include "canyon/base/text.hpp"'
+plant canyon/analysis/heatmap/engine/planted.cpp '#include <netcdf.h>'
 plant canyon/outputs/drawing/planted.cpp '#include <cairo.h>'
 plant canyon/city/axes.cpp '#include <cairo.h>'    # drawing's file of that name may
-plant canyon/studies/validation/planted.cpp '#include <osmium/osm.hpp>'
+plant canyon/analysis/validation/planted.cpp '#include <osmium/osm.hpp>'
 plant canyon/city/planted.hpp '#pragma once
 using namespace std;'
 plant canyon/city/planted.hpp '// no pragma once'
@@ -40,7 +40,7 @@ echo '#pragma once' >"$copy/canyon/receiver/tracking/first.hpp"
 plant canyon/receiver/tracking/first.cpp '#include <vector>
 #include "canyon/receiver/tracking/first.hpp"'
 plant canyon/receiver/tracking/planted.cpp $'// caf\xc3\xa9'
-plant canyon/studies/heatmap/files/planted_test.cpp 'usleep(10);'
+plant canyon/analysis/heatmap/files/planted_test.cpp 'usleep(10);'
 plant canyon/city/planted_test.cpp 'std::this_thread::sleep_for(1s);'
 plant canyon/city/planted.cpp '#include "canyon/canyon.hpp"'
 plant adapters/common/planted.hpp '#include <sdf/sdf.hh>'
@@ -63,7 +63,7 @@ add() {
 }
 add canyon/base/input_error.hpp '#include <fmt/format.h>' canyon/base/input_error.hpp
 add canyon/base/geodesy/frames.hpp '#include <netcdf.h>' canyon/base/geodesy/frames.hpp
-add canyon/canyon.hpp '#include "canyon/studies/heatmap/pictures/map_style.hpp"' canyon/studies/heatmap/pictures/map_style.hpp
+add canyon/canyon.hpp '#include "canyon/analysis/heatmap/pictures/map_style.hpp"' canyon/analysis/heatmap/pictures/map_style.hpp
 add canyon/io.hpp '#include "canyon/city/absent.hpp"' canyon/city/absent.hpp
 
 if output=$("$root/tests/lint.sh" "$copy"); then echo "no breach was found"; exit 1; fi

@@ -6,7 +6,7 @@
 
 #include "adapters/common/host_settings.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/run/environment.hpp"
+#include "canyon/simulation/environment.hpp"
 
 namespace canyon::adapters {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 
-#include "canyon/run/motion/pose_motion.hpp"
+#include "canyon/simulation/motion/pose_motion.hpp"
 
 namespace canyon::adapters {
 

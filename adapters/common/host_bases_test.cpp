@@ -12,7 +12,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/read.hpp"
-#include "canyon/outputs/output/epoch_values.hpp"
+#include "canyon/outputs/encoding/epoch_values.hpp"
 
 namespace canyon::adapters {
 namespace {

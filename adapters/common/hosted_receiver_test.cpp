@@ -14,7 +14,7 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/read.hpp"
-#include "canyon/outputs/output/ubx/frame.hpp"
+#include "canyon/outputs/encoding/ubx/frame.hpp"
 #include "tests/support/free_port.hpp"
 #include "tests/support/local_connection.hpp"
 #include "tests/support/refusal.hpp"

@@ -7,8 +7,8 @@
 
 #include "adapters/common/testing/sample_report.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/outputs/encoding/nmea.hpp"
 #include "canyon/outputs/live/epoch_publisher.hpp"
-#include "canyon/outputs/output/nmea.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/free_port.hpp"
 #include "tests/support/local_connection.hpp"

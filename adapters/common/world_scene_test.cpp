@@ -11,7 +11,7 @@
 
 #include "adapters/common/testing/box_world.hpp"
 #include "canyon/city/gazebo_export.hpp"
-#include "canyon/run/environment.hpp"
+#include "canyon/simulation/environment.hpp"
 
 namespace canyon::adapters {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/run/scenario/scenario.hpp"
-#include "canyon/run/simulator.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 namespace {

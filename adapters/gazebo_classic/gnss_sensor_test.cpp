@@ -11,8 +11,8 @@
 #include "adapters/gazebo_classic/testing/gnss_listener.hpp"
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
 #include "adapters/gazebo_classic/testing/street_world.hpp"
-#include "canyon/run/environment.hpp"
-#include "canyon/run/live_receiver.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/receiver_runner.hpp"
 #include "tests/support/append_box.hpp"
 
 namespace canyon::adapters::gazebo_classic {

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "adapters/common/host_settings.hpp"
-#include "canyon/run/motion/pose_motion.hpp"
+#include "canyon/simulation/motion/pose_motion.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 

@@ -18,7 +18,7 @@
 #include "adapters/gazebo_classic/publishers.hpp"
 #include "adapters/gazebo_classic/sitl_gps.hpp"
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
-#include "adapters/gazebo_classic/testing/px4_stand_in/px4_stand_in.hpp"
+#include "adapters/gazebo_classic/testing/px4_mock/px4_mock.hpp"
 #include "canyon/base/geodesy/constants.hpp"
 #include "tests/support/child_process.hpp"
 #include "tests/support/source_dir.hpp"
@@ -31,7 +31,7 @@ using canyon::test::sample_identity;
 using canyon::test::SampleReport;
 using ::testing::HasSubstr;
 
-const std::string kMock = std::string(canyon_build_dir) + "/lib/libgazebo_px4_stand_in.so";
+const std::string kMock = std::string(canyon_build_dir) + "/lib/libgazebo_px4_mock.so";
 constexpr const char* kEmptyWorld = R"(<?xml version="1.0"?><sdf version="1.6"><world name="city"/></sdf>)";
 
 bool stand_in_loaded() {
@@ -42,7 +42,7 @@ bool stand_in_loaded() {
 const test::Px4Mock& load_mock() {
   void* const library = dlopen(kMock.c_str(), RTLD_LAZY | RTLD_GLOBAL);
   if (library == nullptr) throw std::runtime_error(dlerror());
-  return *static_cast<const test::Px4Mock*>(dlsym(library, "px4_stand_in"));
+  return *static_cast<const test::Px4Mock*>(dlsym(library, "px4_mock"));
 }
 
 TEST(SitlGps, TakesFixAndItsAccuracy) {

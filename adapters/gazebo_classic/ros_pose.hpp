@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "canyon/run/motion/pose_motion.hpp"
+#include "canyon/simulation/motion/pose_motion.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 

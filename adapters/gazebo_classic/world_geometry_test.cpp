@@ -18,7 +18,7 @@
 #include "adapters/gazebo_classic/testing/in_process_server.hpp"
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/run/environment.hpp"
+#include "canyon/simulation/environment.hpp"
 
 namespace canyon::adapters::gazebo_classic {
 namespace {

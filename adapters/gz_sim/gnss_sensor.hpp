@@ -8,7 +8,7 @@
 #include <string>
 
 #include "adapters/common/sdf/plugin_settings.hpp"
-#include "canyon/run/motion/pose_motion.hpp"
+#include "canyon/simulation/motion/pose_motion.hpp"
 
 namespace canyon::adapters::gz_sim {
 

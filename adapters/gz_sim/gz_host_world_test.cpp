@@ -11,7 +11,7 @@
 #include "adapters/gz_sim/gz_host_world.hpp"
 #include "adapters/gz_sim/testing/sim_server.hpp"
 #include "adapters/gz_sim/testing/street_world.hpp"
-#include "canyon/run/environment.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::adapters::gz_sim {

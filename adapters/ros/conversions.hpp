@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/outputs/output/epoch_values.hpp"
+#include "canyon/outputs/encoding/epoch_values.hpp"
 #include "canyon/receiver/positioning/least_squares.hpp"
-#include "canyon/run/simulator.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "canyon/sky/gnss/satellite_id.hpp"
 
 // Epochs as ROS messages. Templates over the message types, shared by ROS 1 and ROS 2 and tested without

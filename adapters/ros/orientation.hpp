@@ -6,7 +6,7 @@
 
 #include "adapters/ros/conversions.hpp"
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/outputs/output/epoch_values.hpp"
+#include "canyon/outputs/encoding/epoch_values.hpp"
 
 namespace canyon::ros_messages {
 

@@ -6,7 +6,7 @@
 
 #include "adapters/ros/conversions.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
-#include "canyon/outputs/output/observations/raw_observations.hpp"
+#include "canyon/outputs/encoding/observations/raw_observations.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
 namespace canyon::ros_messages {

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "adapters/ros/conversions.hpp"
-#include "canyon/run/inertial/imu_options.hpp"
-#include "canyon/run/sensor_run.hpp"
+#include "canyon/simulation/inertial/imu_options.hpp"
+#include "canyon/simulation/sensor_run.hpp"
 
 namespace canyon::ros_messages {
 

@@ -8,7 +8,7 @@
 
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/options/visitor.hpp"
-#include "canyon/run/motion/pose_motion.hpp"
+#include "canyon/simulation/motion/pose_motion.hpp"
 
 namespace canyon::adapters::ros2 {
 

@@ -14,7 +14,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/outputs/live/epoch_publisher.hpp"
-#include "canyon/receiver/relative/correction_link.hpp"
+#include "canyon/receiver/rtk/correction_link.hpp"
 
 namespace canyon::adapters::ros2 {
 namespace {

@@ -11,8 +11,8 @@
 
 #include "canyon/base/options/describe.hpp"
 #include "canyon/outputs/live/hosted_receiver.hpp"
-#include "canyon/run/live_receiver.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/simulation/receiver_runner.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::adapters::ros2 {
 

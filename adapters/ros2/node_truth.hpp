@@ -8,7 +8,7 @@
 #include "adapters/ros2/map_projection.hpp"
 #include "adapters/ros2/node_settings.hpp"
 #include "canyon/outputs/live/hosted_receiver.hpp"
-#include "canyon/run/environment.hpp"
+#include "canyon/simulation/environment.hpp"
 
 namespace canyon::adapters::ros2 {
 

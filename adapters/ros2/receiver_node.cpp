@@ -23,9 +23,9 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_files.hpp"
-#include "canyon/outputs/output/encoder.hpp"
-#include "canyon/run/epoch_schedule.hpp"
-#include "canyon/run/load_city.hpp"
+#include "canyon/outputs/encoding/encoder.hpp"
+#include "canyon/simulation/epoch_schedule.hpp"
+#include "canyon/simulation/load_city.hpp"
 
 namespace canyon::adapters::ros2 {
 namespace {

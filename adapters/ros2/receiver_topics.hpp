@@ -32,8 +32,8 @@
 #include "adapters/ros/raw_conversions.hpp"
 #include "canyon/outputs/live/controls.hpp"
 #include "canyon/outputs/live/epoch_publisher.hpp"
-#include "canyon/run/inertial/sensor_options.hpp"
-#include "canyon/run/sensor_run.hpp"
+#include "canyon/simulation/inertial/sensor_options.hpp"
+#include "canyon/simulation/sensor_run.hpp"
 
 namespace canyon::adapters::ros2 {
 

@@ -6,8 +6,8 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/outputs/output/stream.hpp"
-#include "canyon/receiver/relative/correction_link.hpp"
+#include "canyon/outputs/encoding/stream.hpp"
+#include "canyon/receiver/rtk/correction_link.hpp"
 
 namespace canyon::adapters::ros2 {
 namespace {

@@ -12,8 +12,8 @@
 #include "canyon/city/meshes/mesh_scene.hpp"
 #include "canyon/city/meshes/polygon.hpp"
 #include "canyon/city/tiles/read_tiles.hpp"
-#include "canyon/run/read_map.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/simulation/read_map.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon {
 namespace {

@@ -10,18 +10,18 @@
 #include <string>
 #include <vector>
 
+#include "canyon/analysis/heatmap/engine/map_request.hpp"
+#include "canyon/analysis/heatmap/engine/map_source.hpp"
+#include "canyon/analysis/heatmap/pictures/map_view.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/outputs/output/sinks.hpp"
+#include "canyon/outputs/encoding/sinks.hpp"
 #include "canyon/outputs/view/page.hpp"
 #include "canyon/outputs/view/probe.hpp"
 #include "canyon/outputs/view/view_sink.hpp"
-#include "canyon/run/environment.hpp"
-#include "canyon/run/load_city.hpp"
-#include "canyon/run/scenario/scenario.hpp"
-#include "canyon/run/simulator.hpp"
-#include "canyon/studies/heatmap/engine/map_request.hpp"
-#include "canyon/studies/heatmap/engine/map_source.hpp"
-#include "canyon/studies/heatmap/pictures/map_view.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "cli/commands.hpp"
 #include "cli/scenario_run.hpp"
 

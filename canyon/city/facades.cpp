@@ -11,7 +11,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/random.hpp"
-#include "canyon/city/building_draws.hpp"
+#include "canyon/city/building_samples.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
 

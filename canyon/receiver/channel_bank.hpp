@@ -14,7 +14,7 @@
 
 #include "canyon/base/random.hpp"
 #include "canyon/paths/disturbance/disturbance.hpp"
-#include "canyon/receiver/own_draws.hpp"
+#include "canyon/receiver/random_streams.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/receiver/tracking/channel.hpp"
 #include "canyon/receiver/tracking/signal_lock.hpp"

@@ -10,7 +10,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/receiver/receiver.hpp"
-#include "canyon/receiver/relative/observed_minus_computed.hpp"
+#include "canyon/receiver/rtk/observed_minus_computed.hpp"
 
 namespace canyon::receiver {
 

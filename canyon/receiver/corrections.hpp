@@ -11,7 +11,7 @@
 #include "canyon/base/geodesy/gps_time.hpp"
 #include "canyon/receiver/positioning/fix.hpp"
 #include "canyon/receiver/receiver_options.hpp"
-#include "canyon/receiver/relative/correction_link.hpp"
+#include "canyon/receiver/rtk/correction_link.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 #include "canyon/sky/orbit/sky.hpp"
 

@@ -10,7 +10,7 @@
 #include "canyon/base/options/values.hpp"
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/receiver/receiver.hpp"
-#include "canyon/receiver/relative/rtk_filter.hpp"
+#include "canyon/receiver/rtk/rtk_filter.hpp"
 
 namespace canyon::receiver {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/receiver/own_draws.hpp"
-#include "canyon/sky/space_errors.hpp"
+#include "canyon/receiver/random_streams.hpp"
+#include "canyon/sky/range_errors.hpp"
 
 namespace canyon::receiver {
 

@@ -9,7 +9,7 @@
 #include "canyon/receiver/positioning/position_filter.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/receiver/receiver_options.hpp"
-#include "canyon/receiver/relative/rtk_filter.hpp"
+#include "canyon/receiver/rtk/rtk_filter.hpp"
 
 namespace canyon::receiver {
 

@@ -11,8 +11,8 @@
 #include "canyon/receiver/channel_bank.hpp"
 #include "canyon/receiver/fix_history.hpp"
 #include "canyon/receiver/measurement_model.hpp"
-#include "canyon/receiver/own_draws.hpp"
 #include "canyon/receiver/position_solver.hpp"
+#include "canyon/receiver/random_streams.hpp"
 #include "canyon/receiver/spoofing_check.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/sky/gnss/satellite_id.hpp"
-#include "canyon/sky/space_errors.hpp"
+#include "canyon/sky/range_errors.hpp"
 #include "tests/support/rtklib.hpp"
 
 namespace canyon::errors {

@@ -1,4 +1,4 @@
-#include "canyon/sky/space_errors.hpp"
+#include "canyon/sky/range_errors.hpp"
 
 #include <gtest/gtest.h>
 

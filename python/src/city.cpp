@@ -5,8 +5,8 @@
 #include "canyon/city/city.hpp"
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/mesh_marks.hpp"
-#include "canyon/run/environment.hpp"
-#include "canyon/run/load_city.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/load_city.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/settings.hpp"
 

@@ -6,8 +6,8 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/output_file.hpp"
-#include "canyon/outputs/output/columns.hpp"
-#include "canyon/outputs/output/epoch_values.hpp"
+#include "canyon/outputs/encoding/columns.hpp"
+#include "canyon/outputs/encoding/epoch_values.hpp"
 #include "python/src/settings.hpp"
 
 namespace canyon::python {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "canyon/outputs/output/encoder.hpp"
-#include "canyon/run/simulator.hpp"
+#include "canyon/outputs/encoding/encoder.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "python/src/binding.hpp"
 
 namespace canyon::python {

@@ -2,9 +2,9 @@
 #include <sstream>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/run/environment.hpp"
-#include "canyon/run/load_city.hpp"
-#include "canyon/run/run.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/receiver_group.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/epochs.hpp"
 #include "python/src/models.hpp"

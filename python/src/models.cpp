@@ -6,7 +6,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/outputs/output/epoch_values.hpp"
+#include "canyon/outputs/encoding/epoch_values.hpp"
 #include "canyon/receiver/positioning/pseudorange_model.hpp"
 #include "python/src/settings.hpp"
 

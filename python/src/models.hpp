@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "python/src/binding.hpp"
 
 namespace canyon::python {

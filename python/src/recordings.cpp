@@ -2,14 +2,14 @@
 
 #include <cmath>
 
+#include "canyon/analysis/calibration/calibrate.hpp"
+#include "canyon/analysis/validation/alignment.hpp"
+#include "canyon/analysis/validation/comparison.hpp"
+#include "canyon/analysis/validation/metrics.hpp"
+#include "canyon/analysis/validation/metrics_text.hpp"
+#include "canyon/analysis/validation/recorded_scene.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/run/scenario/profile.hpp"
-#include "canyon/studies/calibration/calibrate.hpp"
-#include "canyon/studies/validation/alignment.hpp"
-#include "canyon/studies/validation/comparison.hpp"
-#include "canyon/studies/validation/figures.hpp"
-#include "canyon/studies/validation/figures_text.hpp"
-#include "canyon/studies/validation/recorded_scene.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/settings.hpp"
 

@@ -3,8 +3,8 @@
 #include <complex>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/run/samples/sample_file.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/simulation/samples/sample_file.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/stream.hpp"
 

@@ -8,9 +8,9 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
-#include "canyon/outputs/output/encoder.hpp"
+#include "canyon/outputs/encoding/encoder.hpp"
 #include "canyon/paths/disturbance/faults/fault.hpp"
-#include "canyon/run/scenario/profile.hpp"
+#include "canyon/simulation/scenario/profile.hpp"
 
 namespace canyon::python {
 namespace {

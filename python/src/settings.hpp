@@ -5,10 +5,10 @@
 #include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/node.hpp"
 #include "canyon/base/options/read.hpp"
-#include "canyon/run/environment.hpp"
-#include "canyon/run/live_receiver.hpp"
-#include "canyon/run/scenario/scenario.hpp"
-#include "canyon/run/simulator.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/receiver_runner.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "python/src/binding.hpp"
 
 namespace canyon::python {

@@ -12,7 +12,7 @@
 #include <thread>
 #include <utility>
 
-#include "canyon/run/simulator.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "python/src/binding.hpp"
 
 namespace canyon::python {

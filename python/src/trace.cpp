@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/run/environment.hpp"
-#include "canyon/run/trace_places.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/trace_points.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/settings.hpp"
 

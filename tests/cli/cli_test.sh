@@ -1057,7 +1057,7 @@ city_build)
     runs 0 "$canyon" city info "$file"; says out "buildings     2" "highest roof  30.0 m"
   done
   # Tiles of CityGML: a folder, one of them damaged, a box, blocks missing in the files.
-  python3 "$root/tests/judges/lod2_tiles.py" tiles 3 9
+  python3 "$root/tests/cross_checks/lod2_tiles.py" tiles 3 9
   runs 0 "$canyon" city info tiles; says out "objects     27 Building LoD 2" "of 3 files" "27 have a use"
   runs 0 "$canyon" check tiles; says out "buildings     27"
   printf 'city: {osm: tiles/}\ntrajectory: {position: {east_m: 0, north_m: 0, up_m: 30}}\nduration_s: 1\nstart: 2026-06-01T08:00:00Z\nsky: {nominal: true}\nreceivers: [{name: a}]\n' >tiles.yaml

@@ -7,7 +7,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/city/raytrace/ray_scene.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/loaded_city.hpp"
 #include "tests/support/shared_data.hpp"

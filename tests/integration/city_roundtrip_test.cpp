@@ -18,7 +18,7 @@
 #include "canyon/city/mesh_export.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
-#include "canyon/run/environment.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/sky/orbit/sky.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/temporary_folder.hpp"

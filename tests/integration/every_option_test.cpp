@@ -11,8 +11,8 @@
 #include "tests/support/simulation_support.hpp"
 
 // Every struct of options that has a list of fields. Scenarios check theirs again, by their own readers
-// (canyon/run/scenario/scenario_keys_test.cpp), and the key of a heat map's store those that it depends on,
-// its Request's among them (canyon/studies/heatmap/engine/engine_key_test.cpp).
+// (canyon/simulation/scenario/scenario_keys_test.cpp), and the key of a heat map's store those that it
+// depends on, its Request's among them (canyon/analysis/heatmap/engine/engine_key_test.cpp).
 
 namespace canyon {
 namespace {

@@ -14,17 +14,17 @@
 #include <utility>
 #include <vector>
 
+#include "canyon/analysis/heatmap/cells/cell_solver.hpp"
+#include "canyon/analysis/heatmap/engine/engine.hpp"
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/receiver/positioning/fix.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/sky/orbit/nominal_constellation.hpp"
 #include "canyon/sky/orbit/sky.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
 #include "canyon/sky/rinex/navigation_writer.hpp"
-#include "canyon/studies/heatmap/cells/cell_solver.hpp"
-#include "canyon/studies/heatmap/engine/engine.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/temporary_folder.hpp"
 

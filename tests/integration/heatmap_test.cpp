@@ -9,14 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "canyon/analysis/heatmap/engine/engine.hpp"
+#include "canyon/analysis/heatmap/engine/map_source.hpp"
+#include "canyon/analysis/heatmap/engine/map_summary.hpp"
+#include "canyon/analysis/heatmap/files/netcdf_writer.hpp"
+#include "canyon/analysis/heatmap/files/stored_map.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/run/scenario/scenario.hpp"
-#include "canyon/studies/heatmap/engine/engine.hpp"
-#include "canyon/studies/heatmap/engine/map_source.hpp"
-#include "canyon/studies/heatmap/engine/map_summary.hpp"
-#include "canyon/studies/heatmap/files/netcdf_writer.hpp"
-#include "canyon/studies/heatmap/files/stored_map.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/temporary_folder.hpp"
 

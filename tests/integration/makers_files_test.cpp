@@ -7,9 +7,9 @@
 #include <map>
 #include <set>
 
+#include "canyon/analysis/validation/statistics.hpp"
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
-#include "canyon/studies/validation/statistics.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/observation_epochs.hpp"
 #include "tests/support/program.hpp"

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "canyon/base/text.hpp"
-#include "canyon/outputs/output/sinks.hpp"
-#include "canyon/run/load_city.hpp"
-#include "canyon/run/scenario/scenario.hpp"
-#include "canyon/run/simulator.hpp"
+#include "canyon/outputs/encoding/sinks.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "tests/support/loaded_city.hpp"
 #include "tests/support/temporary_folder.hpp"
 

@@ -5,12 +5,12 @@
 #include <cstdio>
 #include <map>
 
+#include "canyon/analysis/validation/statistics.hpp"
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/text_file.hpp"
-#include "canyon/outputs/output/stream.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/outputs/encoding/stream.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/sky/rinex/observation_reader.hpp"
-#include "canyon/studies/validation/statistics.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/loaded_city.hpp"
 #include "tests/support/sample_signals.hpp"

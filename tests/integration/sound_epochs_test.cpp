@@ -15,9 +15,9 @@
 
 #include "canyon/base/random.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/outputs/output/encoder.hpp"
-#include "canyon/outputs/output/mavlink.hpp"
-#include "canyon/outputs/output/sbf/block.hpp"
+#include "canyon/outputs/encoding/encoder.hpp"
+#include "canyon/outputs/encoding/mavlink.hpp"
+#include "canyon/outputs/encoding/sbf/block.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/ubx_device.hpp"
 

@@ -12,7 +12,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
-#include "canyon/outputs/output/stream.hpp"
+#include "canyon/outputs/encoding/stream.hpp"
 #include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/orbit/broadcast_sky.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"

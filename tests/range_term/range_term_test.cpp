@@ -6,14 +6,14 @@
 #include <map>
 #include <string>
 
+#include "canyon/analysis/heatmap/engine/engine.hpp"
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/outputs/output/columns.hpp"
+#include "canyon/outputs/encoding/columns.hpp"
 #include "canyon/receiver/positioning/range_terms.hpp"
-#include "canyon/run/correction_links.hpp"
-#include "canyon/run/environment.hpp"
-#include "canyon/run/samples/generator.hpp"
-#include "canyon/run/samples/path_interpolator.hpp"
-#include "canyon/studies/heatmap/engine/engine.hpp"
+#include "canyon/simulation/correction_links.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/samples/generator.hpp"
+#include "canyon/simulation/samples/path_interpolator.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/circular_sky.hpp"
 

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "canyon/analysis/validation/statistics.hpp"
 #include "canyon/base/random.hpp"
-#include "canyon/studies/validation/statistics.hpp"
 
 // The bootstrap by its definition, one resample after the other: the reference for the intervals of metrics.
 

@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <variant>
 
-#include "canyon/outputs/output/columns.hpp"
+#include "canyon/outputs/encoding/columns.hpp"
 
 namespace canyon::test {
 

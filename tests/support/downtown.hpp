@@ -5,7 +5,7 @@
 
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
-#include "canyon/run/environment.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "tests/support/circular_sky.hpp"
 
 namespace canyon::test {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "canyon/run/load_city.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::test {
 

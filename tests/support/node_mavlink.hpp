@@ -39,7 +39,7 @@ inline Judgement judge_mavlink(const std::string& bytes) {
   const TemporaryFolder folder;
   std::ofstream(folder / "frames", std::ios::binary) << bytes;
   const ProgramResult result =
-      run_program(std::string("timeout 60 node '") + canyon_source_dir + "/tests/judges/mavlink.js' '" +
+      run_program(std::string("timeout 60 node '") + canyon_source_dir + "/tests/cross_checks/mavlink.js' '" +
                   (folder / "again").string() + "' <'" + (folder / "frames").string() + "'");
   EXPECT_EQ(result.status, 0);
   Judgement judgement;

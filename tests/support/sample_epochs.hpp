@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/run/epoch.hpp"
+#include "canyon/simulation/epoch.hpp"
 
 namespace canyon::test {
 

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "canyon/analysis/heatmap/engine/map_source.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
-#include "canyon/studies/heatmap/engine/map_source.hpp"
 
 namespace canyon::test {
 

@@ -9,8 +9,8 @@
 #include <limits>
 #include <optional>
 
+#include "canyon/analysis/heatmap/kernels/shadows.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/studies/heatmap/kernels/shadows.hpp"
 
 namespace canyon::heatmap::reference {
 

@@ -10,14 +10,14 @@
 #include <memory>
 #include <string>
 
+#include "canyon/analysis/validation/comparison.hpp"
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/city/facades.hpp"
 #include "canyon/city/synthetic_city.hpp"
-#include "canyon/outputs/output/stream.hpp"
-#include "canyon/run/scenario/scenario.hpp"
-#include "canyon/run/simulator.hpp"
-#include "canyon/studies/validation/comparison.hpp"
+#include "canyon/outputs/encoding/stream.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::test {

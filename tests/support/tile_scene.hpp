@@ -11,13 +11,13 @@
 #include <utility>
 #include <vector>
 
+#include "canyon/analysis/heatmap/cells/shared_cells.hpp"
+#include "canyon/analysis/heatmap/kernels/tile_tracer.hpp"
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/sky/orbit/sky.hpp"
-#include "canyon/sky/space_errors.hpp"
-#include "canyon/studies/heatmap/cells/shared_cells.hpp"
-#include "canyon/studies/heatmap/kernels/tile_tracer.hpp"
+#include "canyon/sky/range_errors.hpp"
 #include "tests/support/circular_sky.hpp"
 
 namespace canyon::test {

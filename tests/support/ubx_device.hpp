@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "canyon/outputs/output/encoder.hpp"
-#include "canyon/outputs/output/ubx/configuration.hpp"
-#include "canyon/outputs/output/ubx/frame.hpp"
+#include "canyon/outputs/encoding/encoder.hpp"
+#include "canyon/outputs/encoding/ubx/configuration.hpp"
+#include "canyon/outputs/encoding/ubx/frame.hpp"
 #include "tests/support/sample_signals.hpp"
 
 namespace canyon::test {

@@ -1,4 +1,4 @@
-// From a heat map's values to colours, as in Canyon's own pictures (canyon/studies/heatmap/pictures/map_style.hpp).
+// From a heat map's values to colours, as in Canyon's own pictures (canyon/analysis/heatmap/pictures/map_style.hpp).
 
 import type { MapLayer } from './format';
 

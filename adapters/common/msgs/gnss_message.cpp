@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/outputs/output/epoch_values.hpp"
+#include "canyon/outputs/encoding/epoch_values.hpp"
 
 namespace canyon::adapters {
 namespace {

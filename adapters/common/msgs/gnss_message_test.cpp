@@ -9,7 +9,7 @@
 
 #include "adapters/common/testing/sample_report.hpp"
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/outputs/output/epoch_values.hpp"
+#include "canyon/outputs/encoding/epoch_values.hpp"
 #include "tests/support/carried_columns.hpp"
 
 namespace canyon::adapters {

@@ -10,7 +10,7 @@
 #include "adapters/common/sdf/plugin_elements.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/run/live_receiver.hpp"
+#include "canyon/simulation/receiver_runner.hpp"
 
 namespace canyon::adapters {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "adapters/common/resource_files.hpp"
 #include "canyon/base/options/describe.hpp"
-#include "canyon/run/motion/vehicle_drive.hpp"
+#include "canyon/simulation/motion/vehicle_drive.hpp"
 
 namespace canyon::adapters {
 

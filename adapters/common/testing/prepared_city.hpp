@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <string>
 
-#include "canyon/run/motion/trajectory.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 // The cities that tests/gazebo/prepare.sh exported.
 

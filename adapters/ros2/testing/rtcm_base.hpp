@@ -8,9 +8,9 @@
 
 #include "adapters/ros2/node_settings.hpp"
 #include "adapters/ros2/node_truth.hpp"
-#include "canyon/outputs/output/encoder.hpp"
-#include "canyon/run/environment.hpp"
-#include "canyon/run/load_city.hpp"
+#include "canyon/outputs/encoding/encoder.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/load_city.hpp"
 
 namespace canyon::adapters::ros2::test {
 

@@ -11,7 +11,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #ifdef CANYON_OWN_RAYS
-#include "canyon/city/raytrace/own_triangles.hpp"
+#include "canyon/city/raytrace/builtin_triangles.hpp"
 #else
 #include "canyon/city/raytrace/embree_triangles.hpp"
 #endif

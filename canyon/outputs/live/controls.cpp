@@ -14,7 +14,7 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/named.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/outputs/output/epoch_values.hpp"
+#include "canyon/outputs/encoding/epoch_values.hpp"
 
 namespace canyon::live {
 namespace {

@@ -14,7 +14,7 @@
 
 #include "canyon/base/transport/link.hpp"
 #include "canyon/outputs/live/session.hpp"
-#include "canyon/run/live_receiver.hpp"
+#include "canyon/simulation/receiver_runner.hpp"
 
 // Reads and sets options and faults of running receivers: for services of hosts (requests come from any
 // thread; the host's thread handles them between two steps) and for commands of a session.

@@ -9,7 +9,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/run/environment.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::live::controls_test {

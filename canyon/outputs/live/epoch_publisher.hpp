@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "canyon/base/transport/link.hpp"
-#include "canyon/outputs/output/encoder.hpp"
-#include "canyon/outputs/output/stream.hpp"
-#include "canyon/run/live_receiver.hpp"
+#include "canyon/outputs/encoding/encoder.hpp"
+#include "canyon/outputs/encoding/stream.hpp"
+#include "canyon/simulation/receiver_runner.hpp"
 
 namespace canyon::live {
 

@@ -12,10 +12,10 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_files.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/outputs/output/encoder.hpp"
-#include "canyon/outputs/output/stream.hpp"
-#include "canyon/receiver/relative/correction_link.hpp"
-#include "canyon/run/environment.hpp"
+#include "canyon/outputs/encoding/encoder.hpp"
+#include "canyon/outputs/encoding/stream.hpp"
+#include "canyon/receiver/rtk/correction_link.hpp"
+#include "canyon/simulation/environment.hpp"
 
 namespace canyon::live {
 namespace {

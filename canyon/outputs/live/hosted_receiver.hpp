@@ -15,9 +15,9 @@
 #include "canyon/outputs/live/epoch_publisher.hpp"
 #include "canyon/outputs/live/rtcm_input.hpp"
 #include "canyon/outputs/live/world_scene.hpp"
-#include "canyon/run/epoch_schedule.hpp"
-#include "canyon/run/run.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/simulation/epoch_schedule.hpp"
+#include "canyon/simulation/receiver_group.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::live {
 

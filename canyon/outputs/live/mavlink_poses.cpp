@@ -12,7 +12,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/mavlink/frames.hpp"
 #include "canyon/base/transport/link.hpp"
-#include "canyon/run/motion/recorded_path.hpp"
+#include "canyon/simulation/motion/recorded_path.hpp"
 
 namespace canyon::live {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/transport/transport.hpp"
-#include "canyon/run/scenario/live_options.hpp"
+#include "canyon/simulation/scenario/live_options.hpp"
 
 namespace canyon::live {
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/run/motion/trajectory.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::live {
 

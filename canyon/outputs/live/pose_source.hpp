@@ -12,8 +12,8 @@
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/transport/transport.hpp"
 #include "canyon/outputs/live/pose_decoder.hpp"
-#include "canyon/run/motion/pose_motion.hpp"
-#include "canyon/run/scenario/live_options.hpp"
+#include "canyon/simulation/motion/pose_motion.hpp"
+#include "canyon/simulation/scenario/live_options.hpp"
 
 namespace canyon::live {
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "canyon/receiver/receiver.hpp"
-#include "canyon/receiver/relative/correction_link.hpp"
 #include "canyon/receiver/rtcm/rtcm_decoder.hpp"
+#include "canyon/receiver/rtk/correction_link.hpp"
 
 namespace canyon::live {
 

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "canyon/base/statistics.hpp"
-#include "canyon/run/epoch.hpp"
-#include "canyon/run/live_receiver.hpp"
-#include "canyon/run/scenario/fwd.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/simulation/epoch.hpp"
+#include "canyon/simulation/receiver_runner.hpp"
+#include "canyon/simulation/scenario/fwd.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::live {
 

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "canyon/city/gazebo_export.hpp"
-#include "canyon/run/environment.hpp"
+#include "canyon/simulation/environment.hpp"
 
 namespace canyon::live {
 namespace {

@@ -11,8 +11,8 @@
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/facades.hpp"
-#include "canyon/run/environment.hpp"
-#include "canyon/run/motion/pose_motion.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/motion/pose_motion.hpp"
 
 namespace canyon::live {
 

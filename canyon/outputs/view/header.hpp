@@ -7,8 +7,8 @@
 
 #include "canyon/base/geodesy/gps_time.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/outputs/output/sinks.hpp"
-#include "canyon/outputs/output/view_tables.hpp"
+#include "canyon/outputs/encoding/sinks.hpp"
+#include "canyon/outputs/encoding/view_tables.hpp"
 #include "canyon/outputs/view/page.hpp"
 #include "canyon/receiver/receiver_options.hpp"
 #include "canyon/sky/gnss/satellite_id.hpp"

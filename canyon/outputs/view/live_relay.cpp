@@ -13,7 +13,7 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/transport/link.hpp"
 #include "canyon/base/transport/transport.hpp"
-#include "canyon/outputs/output/view_messages.hpp"
+#include "canyon/outputs/encoding/view_messages.hpp"
 #include "canyon/outputs/view/recorder.hpp"
 
 namespace canyon::view {

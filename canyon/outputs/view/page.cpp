@@ -20,7 +20,7 @@
 #include "canyon/base/payload.hpp"
 #include "canyon/city/mesh_export.hpp"
 #include "canyon/city/mesh_parts.hpp"
-#include "canyon/outputs/output/view_tables.hpp"
+#include "canyon/outputs/encoding/view_tables.hpp"
 #include "canyon/outputs/view/header.hpp"
 
 namespace canyon::view {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "canyon/base/output_file.hpp"
-#include "canyon/outputs/output/view_tables.hpp"
+#include "canyon/outputs/encoding/view_tables.hpp"
 #include "canyon/outputs/view/header.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"

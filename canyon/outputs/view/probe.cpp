@@ -8,9 +8,9 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/outputs/output/view_messages.hpp"
+#include "canyon/outputs/encoding/view_messages.hpp"
 #include "canyon/outputs/view/recorder.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::view {
 namespace {

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "canyon/base/json.hpp"
-#include "canyon/run/environment.hpp"
-#include "canyon/run/run.hpp"
-#include "canyon/run/simulator.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/receiver_group.hpp"
+#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::view {
 

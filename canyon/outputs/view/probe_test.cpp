@@ -10,10 +10,10 @@
 
 #include "canyon/base/arithmetic.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/outputs/output/view_messages.hpp"
-#include "canyon/run/environment.hpp"
-#include "canyon/run/load_city.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/outputs/encoding/view_messages.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::view::probe_test {
 namespace {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "canyon/city/raytrace/ray_scene.hpp"
-#include "canyon/outputs/output/epoch_rows.hpp"
-#include "canyon/outputs/output/view_tables.hpp"
+#include "canyon/outputs/encoding/epoch_rows.hpp"
+#include "canyon/outputs/encoding/view_tables.hpp"
 #include "canyon/outputs/view/header.hpp"
 #include "canyon/outputs/view/view_sink.hpp"
 

@@ -6,9 +6,9 @@
 #include "canyon/outputs/view/header.hpp"
 #include "canyon/outputs/view/page.hpp"
 #include "canyon/outputs/view/view_sink.hpp"
-#include "canyon/run/environment.hpp"
-#include "canyon/run/load_city.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/view_listener.hpp"
 

@@ -12,12 +12,12 @@
 #include "canyon/base/json.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/outputs/output/encoder.hpp"
-#include "canyon/outputs/output/sinks.hpp"
-#include "canyon/outputs/output/view_messages.hpp"
+#include "canyon/outputs/encoding/encoder.hpp"
+#include "canyon/outputs/encoding/sinks.hpp"
+#include "canyon/outputs/encoding/view_messages.hpp"
 #include "canyon/outputs/view/header.hpp"
 #include "canyon/outputs/view/recorder.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::view {
 namespace {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "canyon/outputs/view/server.hpp"
-#include "canyon/run/run_checks.hpp"
-#include "canyon/run/simulator.hpp"
+#include "canyon/simulation/run_checks.hpp"
+#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::view {
 

@@ -5,11 +5,11 @@
 
 #include <memory>
 
-#include "canyon/outputs/output/sinks.hpp"
+#include "canyon/outputs/encoding/sinks.hpp"
 #include "canyon/outputs/view/header.hpp"
-#include "canyon/run/environment.hpp"
-#include "canyon/run/load_city.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"
 

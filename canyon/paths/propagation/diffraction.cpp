@@ -8,11 +8,11 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/paths/propagation/index/antenna_cache.hpp"
 #include "canyon/paths/propagation/index/clear_rays.hpp"
 #include "canyon/paths/propagation/index/knife_edge.hpp"
 #include "canyon/paths/propagation/index/near_pairs.hpp"
 #include "canyon/paths/propagation/index/per_instance.hpp"
-#include "canyon/paths/propagation/index/places.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
 namespace canyon::propagation {

@@ -19,7 +19,7 @@
 #include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 #include "canyon/sky/orbit/sky.hpp"
-#include "canyon/sky/space_errors.hpp"
+#include "canyon/sky/range_errors.hpp"
 
 namespace canyon::propagation {
 

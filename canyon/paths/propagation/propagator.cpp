@@ -9,9 +9,9 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/paths/propagation/first_order.hpp"
+#include "canyon/paths/propagation/index/antenna_cache.hpp"
 #include "canyon/paths/propagation/index/foliage_volumes.hpp"
 #include "canyon/paths/propagation/index/per_instance.hpp"
-#include "canyon/paths/propagation/index/places.hpp"
 #include "canyon/paths/propagation/paths.hpp"
 #include "canyon/paths/propagation/second_order.hpp"
 

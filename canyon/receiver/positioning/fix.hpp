@@ -14,7 +14,7 @@
 #include "canyon/receiver/positioning/positioning_options.hpp"
 #include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/orbit/sky.hpp"
-#include "canyon/sky/space_errors.hpp"
+#include "canyon/sky/range_errors.hpp"
 
 namespace canyon::positioning {
 
@@ -64,7 +64,7 @@ enum class FixStatus : std::uint8_t {
 /// Text for users: "too few satellites".
 [[nodiscard]] std::string_view reason(FixStatus status);
 
-/// Method of a position. Output formats map it in canyon/outputs/output/ubx/fix_codes.hpp.
+/// Method of a position. Output formats map it in canyon/receiver/positioning/fix_codes.hpp.
 enum class FixKind : std::uint8_t {
   None,           ///< no position
   Single,         ///< satellites of this epoch, without corrections

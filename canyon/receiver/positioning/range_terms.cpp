@@ -9,7 +9,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/receiver/tracking/channel.hpp"
 #include "canyon/receiver/tracking/channel_fading.hpp"
-#include "canyon/sky/space_errors.hpp"
+#include "canyon/sky/range_errors.hpp"
 
 namespace canyon::receiver {
 

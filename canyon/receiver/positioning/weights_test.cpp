@@ -11,7 +11,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/receiver/positioning/fix.hpp"
-#include "canyon/sky/space_errors.hpp"
+#include "canyon/sky/range_errors.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/spoiled_options.hpp"
 #include "tests/support/test_drive.hpp"

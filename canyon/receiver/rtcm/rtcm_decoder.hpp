@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "canyon/base/geodesy/gps_time.hpp"
-#include "canyon/receiver/relative/correction_link.hpp"
 #include "canyon/receiver/rtcm/frames.hpp"
+#include "canyon/receiver/rtk/correction_link.hpp"
 #include "canyon/sky/gnss/satellite_id.hpp"
 #include "canyon/sky/orbit/sky.hpp"
 

@@ -1,5 +1,5 @@
 // The messages are composed here field by field, of known values or of a recorded base; RTKLIB reads the same
-// bytes (convbin). canyon/outputs/output/rtcm_corrections_test.cpp has those of Canyon's own encoder.
+// bytes (convbin). canyon/outputs/encoding/rtcm_corrections_test.cpp has those of Canyon's own encoder.
 #include "canyon/receiver/rtcm/rtcm_decoder.hpp"
 
 #include <fmt/format.h>

@@ -11,7 +11,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "tests/support/citygml_text.hpp"
-#include "tests/support/damages.hpp"
+#include "tests/support/corrupted_input.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::buildings {

@@ -13,7 +13,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/buildings/sources/reference_system.hpp"
 #include "tests/support/cityjson_house.hpp"
-#include "tests/support/damages.hpp"
+#include "tests/support/corrupted_input.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/utm.hpp"

@@ -17,7 +17,7 @@
 #include "canyon/outputs/drawing/views/sky_marks.hpp"
 #include "canyon/outputs/drawing/views/sky_picture.hpp"
 #include "canyon/outputs/drawing/views/track_picture.hpp"
-#include "canyon/run/scenario/scenario.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::drawing {
 namespace {

@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "canyon/outputs/drawing/canvas.hpp"
-#include "canyon/run/samples/correlation_record.hpp"
-#include "canyon/run/simulator.hpp"
+#include "canyon/simulation/samples/correlation_record.hpp"
+#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::drawing {
 

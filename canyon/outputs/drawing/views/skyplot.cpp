@@ -13,7 +13,7 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/options/values.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/outputs/output/number.hpp"
+#include "canyon/outputs/encoding/number.hpp"
 #include "canyon/receiver/receiver.hpp"
 
 namespace canyon::drawing {

@@ -7,7 +7,7 @@
 #include "canyon/base/options/fwd.hpp"
 #include "canyon/outputs/drawing/views/sky_picture.hpp"
 #include "canyon/receiver/receiver_options.hpp"
-#include "canyon/run/environment.hpp"
+#include "canyon/simulation/environment.hpp"
 
 namespace canyon::drawing {
 

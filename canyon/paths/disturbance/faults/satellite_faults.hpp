@@ -7,7 +7,7 @@
 #include "canyon/base/random.hpp"
 #include "canyon/paths/disturbance/disturbance.hpp"
 #include "canyon/paths/disturbance/faults/fault.hpp"
-#include "canyon/sky/orbit/wrong_sky.hpp"
+#include "canyon/sky/orbit/faulty_sky.hpp"
 
 // Faults of satellites, and of the ionosphere along their signals.
 

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "canyon/paths/propagation/index/antenna_cache.hpp"
 #include "canyon/paths/propagation/index/direction_bins.hpp"
 #include "canyon/paths/propagation/index/facets.hpp"
-#include "canyon/paths/propagation/index/places.hpp"
 
 namespace canyon::propagation {
 

@@ -5,11 +5,11 @@
 #include <span>
 #include <vector>
 
+#include "canyon/paths/propagation/index/antenna_cache.hpp"
 #include "canyon/paths/propagation/index/beam_index.hpp"
 #include "canyon/paths/propagation/index/direction_bins.hpp"
 #include "canyon/paths/propagation/index/edges.hpp"
 #include "canyon/paths/propagation/index/facets.hpp"
-#include "canyon/paths/propagation/index/places.hpp"
 
 namespace canyon::propagation {
 
