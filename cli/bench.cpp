@@ -251,7 +251,7 @@ class Maker {
       return;
     }
     retire_others();
-    auto sinks = output::make_file_sinks(simulation, folder);
+    auto sinks = encoding::make_file_sinks(simulation, folder);
     sinks.push_back(bench::make_drive_sink(simulation, folder));
     std::vector<simulation::EpochSink*> all;
     all.reserve(sinks.size());

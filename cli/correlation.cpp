@@ -23,11 +23,12 @@ std::string csv_of(const samples::CorrelationSeries& series) {
   std::string text = "time_s,delay_m,in_phase,quadrature,measured_m\n";
   for (const auto& instant : series.instants) {
     const std::string measured =
-        std::isnan(instant.measured_m) ? std::string() : output::fixed(instant.measured_m, 3);
+        std::isnan(instant.measured_m) ? std::string() : encoding::fixed(instant.measured_m, 3);
     for (std::size_t k = 0; k < instant.values.size(); ++k) {
-      text += fmt::format("{},{},{},{},{}\n", output::fixed(instant.time_s, 3),
-                          output::fixed(series.delays_m[k], 3), output::fixed(instant.values[k].real(), 6),
-                          output::fixed(instant.values[k].imag(), 6), measured);
+      text +=
+          fmt::format("{},{},{},{},{}\n", encoding::fixed(instant.time_s, 3),
+                      encoding::fixed(series.delays_m[k], 3), encoding::fixed(instant.values[k].real(), 6),
+                      encoding::fixed(instant.values[k].imag(), 6), measured);
     }
   }
   return text;

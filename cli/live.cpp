@@ -34,7 +34,7 @@ simulation::Scenario read_live_scenario(const LiveArguments& arguments) {
     source.from = from;
     make(arguments.pose_source, source);
   }
-  for (const std::string& text : arguments.streams) live.streams.push_back(output::parse_stream(text));
+  for (const std::string& text : arguments.streams) live.streams.push_back(encoding::parse_stream(text));
   make(arguments.live, live);
   if (arguments.by_stamps) live.clock = simulation::LiveClock::Stamps;
   scenario.live = std::move(live);

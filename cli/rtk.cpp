@@ -33,14 +33,14 @@ struct RtkArguments {
   std::string rover, base, base_position, truth, truth_format, out;
   std::vector<std::string> signals;
   simulation::SkyConfig sky;
-  relative::PairOptions options;
+  rtk::PairOptions options;
   bool quiet = false;
 };
 
 /// A file of observations: RINEX, or RTCM 3.
 struct Recording {
   rinex::RinexObservations rinex;
-  relative::RecordedEpochs rtcm;
+  rtk::RecordedEpochs rtcm;
 
   [[nodiscard]] GpsTime first() const {
     return rtcm.empty() ? rinex.epochs.front().receiver_time : rtcm.front()->receiver_time;
@@ -48,8 +48,8 @@ struct Recording {
   [[nodiscard]] GpsTime last() const {
     return rtcm.empty() ? rinex.epochs.back().receiver_time : rtcm.back()->receiver_time;
   }
-  [[nodiscard]] relative::RecordedEpochs epochs(const orbit::Sky& sky) const {
-    return rtcm.empty() ? relative::recorded_epochs(rinex.epochs, sky) : rtcm;
+  [[nodiscard]] rtk::RecordedEpochs epochs(const orbit::Sky& sky) const {
+    return rtcm.empty() ? rtk::recorded_epochs(rinex.epochs, sky) : rtcm;
   }
 };
 
@@ -86,11 +86,11 @@ Recording read(const std::string& path, const RtkArguments& arguments, const gns
     report.add_line(ReadReport::Level::Loss, fmt::format("{}: {}", path, line));
   print_report(report, "canyon check " + path);
   for (const auto& epoch : corrections.epochs) {
-    relative::Corrections wanted = *epoch;
-    std::erase_if(wanted.observations, [&](const relative::SignalMeasurement& seen) {
+    rtk::Corrections wanted = *epoch;
+    std::erase_if(wanted.observations, [&](const rtk::SignalMeasurement& seen) {
       return systems.count(seen.measurement.id.system) == 0;
     });
-    recording.rtcm.push_back(std::make_shared<const relative::Corrections>(std::move(wanted)));
+    recording.rtcm.push_back(std::make_shared<const rtk::Corrections>(std::move(wanted)));
   }
   return recording;
 }
@@ -167,12 +167,12 @@ struct Errors {
   std::vector<double> horizontal, vertical;
 };
 
-void print_kinds(const std::vector<relative::PairEpoch>& epochs,
+void print_kinds(const std::vector<rtk::PairEpoch>& epochs,
                  const std::function<std::optional<Geodetic>(geodesy::GpsTime)>& truth) {
   constexpr std::array kKinds{FixKind::Fixed, FixKind::Float, FixKind::Differential, FixKind::Single,
                               FixKind::None};
   std::map<FixKind, Errors> by_kind;
-  for (const relative::PairEpoch& epoch : epochs) {
+  for (const rtk::PairEpoch& epoch : epochs) {
     Errors& errors = by_kind[epoch.fix.kind()];
     ++errors.count;
     if (!epoch.fix.solved()) continue;
@@ -201,9 +201,9 @@ void print_kinds(const std::vector<relative::PairEpoch>& epochs,
 }
 
 /// Prints the satellites whose Dopplers were excluded from the velocities.
-void print_excluded(const std::vector<relative::PairEpoch>& epochs) {
+void print_excluded(const std::vector<rtk::PairEpoch>& epochs) {
   std::map<gnss::SatelliteId, std::size_t> counts;
-  for (const relative::PairEpoch& epoch : epochs)
+  for (const rtk::PairEpoch& epoch : epochs)
     for (const gnss::SatelliteId id : epoch.fix.excluded) ++counts[id];
   if (counts.empty()) return;
   std::string list;
@@ -235,12 +235,12 @@ int run_rtk(const RtkArguments& arguments) {
   const simulation::BuiltSky sky =
       simulation::build_sky(arguments.sky, first, rover.last(), geodesy::geodetic_from_ecef(point));
   print_report(sky.report, "canyon check of the navigation files");
-  relative::RecordedEpochs base = base_file.epochs(*sky.sky);
+  rtk::RecordedEpochs base = base_file.epochs(*sky.sky);
   if (!arguments.base_position.empty()) {
     for (auto& epoch : base) {
-      relative::Corrections there = *epoch;
+      rtk::Corrections there = *epoch;
       there.station_ecef = point;
-      epoch = std::make_shared<const relative::Corrections>(std::move(there));
+      epoch = std::make_shared<const rtk::Corrections>(std::move(there));
     }
   }
   if (const std::size_t lost =
@@ -258,18 +258,18 @@ int run_rtk(const RtkArguments& arguments) {
     print_warnings({*warning});
   const auto truth = read_truth(arguments, first, rover.last());
 
-  std::vector<relative::PairEpoch> epochs;
+  std::vector<rtk::PairEpoch> epochs;
   {
     Progress progress("epochs", arguments.quiet);
-    relative::PairOptions options = arguments.options;
+    rtk::PairOptions options = arguments.options;
     options.signals = signals;
     options.fix.correct_troposphere = true;
-    epochs = relative::solve_pair(rover.epochs(*sky.sky), base, *sky.sky, sky.navigation.klobuchar, options,
-                                  progress.callback());
+    epochs = rtk::solve_pair(rover.epochs(*sky.sky), base, *sky.sky, sky.navigation.klobuchar, options,
+                             progress.callback());
   }
   print_excluded(epochs);
   print_kinds(epochs, truth);
-  const auto fixed = std::find_if(epochs.begin(), epochs.end(), [](const relative::PairEpoch& epoch) {
+  const auto fixed = std::find_if(epochs.begin(), epochs.end(), [](const rtk::PairEpoch& epoch) {
     return epoch.fix.kind() == FixKind::Fixed;
   });
   if (fixed != epochs.end()) {
@@ -278,7 +278,7 @@ int run_rtk(const RtkArguments& arguments) {
                fixed->receiver_time - first, fixed->fix.used.size(), baseline.length_m());
   }
   if (out) {
-    out->write(relative::rtklib_solutions(epochs, "canyon " CANYON_VERSION));
+    out->write(rtk::rtklib_solutions(epochs, "canyon " CANYON_VERSION));
     out->commit();
     fmt::print("{} written\n", arguments.out);
   }
@@ -293,7 +293,7 @@ void add_rtk(Command& app) {
   command.footer =
       "canyon rtk rover.obs base.obs --nav base.nav --base-position 35.134707705,136.977577939,104.853";
   RtkArguments& arguments = command.run_with(run_rtk);
-  relative::PairOptions& options = arguments.options;
+  rtk::PairOptions& options = arguments.options;
   command
       .add_option(
           "rover", arguments.rover, "ROVER",

@@ -70,12 +70,12 @@ std::vector<std::unique_ptr<simulation::EpochSink>> make_sinks(const simulation:
                                                                const SimulateArguments& arguments) {
   const simulation::Scenario& scenario = simulation.scenario();
   std::vector<std::unique_ptr<simulation::EpochSink>> sinks =
-      output::make_file_sinks(simulation, arguments.out);
+      encoding::make_file_sinks(simulation, arguments.out);
   if (scenario.outputs.has("pictures")) {
     const std::size_t sampled = std::min(scenario.receivers.size(), kMaxRendered);
     for (std::size_t i = 0; i < sampled; ++i) {
       sinks.push_back(drawing::make_pictures(
-          simulation, output::receiver_folder(simulation, arguments.out, i), i, &catch_interrupts()));
+          simulation, encoding::receiver_folder(simulation, arguments.out, i), i, &catch_interrupts()));
     }
     if (sampled < scenario.receivers.size()) {
       note(arguments.quiet,
@@ -111,17 +111,17 @@ int run_simulate(const SimulateArguments& given) {
 
   const std::atomic<bool>& stop_requested = catch_interrupts();
   const auto sinks = make_sinks(simulation, arguments);
-  std::vector<std::unique_ptr<output::EncodedStream>> streams;
+  std::vector<std::unique_ptr<encoding::EncodedStream>> streams;
   const auto report_notes = [&](std::size_t i) {
     for (const std::string& line : streams[i]->take_notes())
       note(fmt::format("stream      {}: {}", arguments.streams[i], line));
   };
   for (const std::string& text : arguments.streams) {
-    streams.push_back(output::open_stream(output::parse_stream(text), simulation));
+    streams.push_back(encoding::open_stream(encoding::parse_stream(text), simulation));
     report_notes(streams.size() - 1);
   }
-  output::SummarySink metrics(simulation::receiver_names(scenario.receivers));
-  output::RealTimePacer pacer(&stop_requested, [&] {
+  encoding::SummarySink metrics(simulation::receiver_names(scenario.receivers));
+  encoding::RealTimePacer pacer(&stop_requested, [&] {
     for (std::size_t i = 0; i < streams.size(); ++i) {
       streams[i]->serve();
       report_notes(i);
@@ -146,7 +146,7 @@ int run_simulate(const SimulateArguments& given) {
   report.write(arguments.out);
   if (const std::size_t removed = files.finish(); removed > 0)
     note(fmt::format("removed     {} files of an earlier run from {}", removed, arguments.out));
-  if (!arguments.quiet) fmt::print("\n{}\n", output::format_summary_table(metrics.summaries()));
+  if (!arguments.quiet) fmt::print("\n{}\n", encoding::format_summary_table(metrics.summaries()));
   // An interrupt before pictures are drawn omits them.
   if (result.interrupted || (scenario.outputs.has("pictures") && stop_requested.load())) {
     fmt::print(stderr, "canyon: interrupted: {} of {} epochs finished and written to {}{}\n", result.epochs,
@@ -181,7 +181,7 @@ void add_simulate(Command& app) {
   add_run_field(command, "--rate", arguments, "rate_hz");
   add_run_options(command, arguments);
   std::string live;
-  for (const output::Format& format : output::formats())
+  for (const encoding::Format& format : encoding::formats())
     if (format.live) live += fmt::format("{}, ", format.name);
   command
       .add_option("--stream", arguments.streams, "STREAM",

@@ -57,8 +57,8 @@ geodesy::GpsTime moment(const std::string& text, geodesy::GpsTime begin, geodesy
 
 std::string where(const Site& site, geodesy::GpsTime t) {
   const Eigen::Vector3d at = site.antenna(t);
-  return fmt::format("east {}, north {}, up {} m at {}", output::fixed(at.x(), 1), output::fixed(at.y(), 1),
-                     output::fixed(at.z(), 1), geodesy::format_gpst(t, 0));
+  return fmt::format("east {}, north {}, up {} m at {}", encoding::fixed(at.x(), 1),
+                     encoding::fixed(at.y(), 1), encoding::fixed(at.z(), 1), geodesy::format_gpst(t, 0));
 }
 
 std::string no_signal_in(raytrace::Containment containment) {

@@ -67,11 +67,11 @@ Json numbers(const Eigen::Vector3d& point) {
 }
 
 /// The columns of a table of results, from `first` to `last`, for which the row has a value.
-void put_columns(Json& to, output::TableKind kind, const output::Row& row, std::string_view first,
+void put_columns(Json& to, encoding::TableKind kind, const encoding::Row& row, std::string_view first,
                  std::string_view last) {
-  using Kind = output::Column::Kind;
+  using Kind = encoding::Column::Kind;
   bool wanted = false;
-  for (const output::Column& column : output::table(kind).columns) {
+  for (const encoding::Column& column : encoding::table(kind).columns) {
     wanted |= first == column.name;
     if (!wanted) continue;
     if (column.kind == Kind::Number) {
@@ -126,7 +126,7 @@ struct Look {
 
 /// @param row of the path's satellite; the path is added
 Json path_json(const Look& look_angles, const propagation::SatelliteView& view, const propagation::Path& path,
-               const std::vector<SentSignal>& sent, output::Row& row) {
+               const std::vector<SentSignal>& sent, encoding::Row& row) {
   using propagation::PathKind;
   row.path = &path;
   row.amplitude = 0;
@@ -138,7 +138,7 @@ Json path_json(const Look& look_angles, const propagation::SatelliteView& view, 
       signal_entries[std::string(s.signal->name)] =
           loss_db(path, view.line, s.carrier_hz, look_angles.signal);
   }
-  put_columns(json, output::TableKind::Paths, row, "kind", {});
+  put_columns(json, encoding::TableKind::Paths, row, "kind", {});
   if (path.foliage_depth_m > 0) json["foliage_depth_m"] = path.foliage_depth_m;
   if (path.kind != PathKind::Direct) json["point_enu_m"] = numbers(path.point);
   if (path.kind == PathKind::Reflected || path.kind == PathKind::Diffuse) {
@@ -162,9 +162,9 @@ Json satellite_json(const Look& look_angles, const propagation::SatelliteView& v
   nothing.observed.time = look_angles.time;
   const std::vector<SentSignal> sent = sent_signals(view.line, look_angles.time, look_angles.receiver);
   const receiver::SatelliteObservation seen = observation_of(view);
-  output::Row row{nothing, &seen, &seen};
+  encoding::Row row{nothing, &seen, &seen};
   Json json{{"range_m", view.line.range_m}, {"signals", Json::array()}, {"paths", Json::array()}};
-  put_columns(json, output::TableKind::Satellites, row, "sat", "visibility");
+  put_columns(json, encoding::TableKind::Satellites, row, "sat", "visibility");
   for (const SentSignal& s : sent) {
     Json one{{"signal", std::string(s.signal->name)},
              {"rinex_code", std::string(s.signal->code)},
@@ -186,7 +186,7 @@ void print_json(const Look& look_angles) {
            {"longitude_deg", geodesy::degrees(look_angles.position.longitude_rad)},
            {"height_m", look_angles.position.height_m},
            {"enu_m", numbers(look_angles.antenna)},
-           {"placement", std::string(output::containment_word(look_angles.arrival.containment))},
+           {"placement", std::string(encoding::containment_word(look_angles.arrival.containment))},
            {"report", printed_reports()},
            {"satellites", Json::array()}};
   const tracking::ChannelModel model(look_angles.signal, look_angles.site.simulation().scenario().seed,
@@ -242,7 +242,7 @@ int run_trace(const TraceArguments& arguments) {
              geodesy::format_gpst(look_angles.time), geodesy::degrees(look_angles.position.latitude_rad),
              geodesy::degrees(look_angles.position.longitude_rad), look_angles.position.height_m,
              look_angles.antenna.x(), look_angles.antenna.y(), look_angles.antenna.z(),
-             output::containment_word(look_angles.arrival.containment));
+             encoding::containment_word(look_angles.arrival.containment));
   TextRow head{"sat", "azimuth [deg]", "elevation [deg]", "visibility", "path", "excess [m]"};
   if (look_angles.signal.enabled) head.emplace_back("loss [dB]");
   head.insert(head.end(), {"point (ENU) [m]", "incidence [deg]"});

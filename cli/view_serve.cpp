@@ -87,7 +87,7 @@ int serve(view::ServedSite site, const ServeOptions& options,
   try {
     if (work && !work(server)) return kInterrupted;
   } catch (const std::exception& error) {
-    server.send(output::error_message({}, error.what()));
+    server.send(encoding::error_message({}, error.what()));
     server.flush(std::chrono::seconds(1));
     throw;
   }

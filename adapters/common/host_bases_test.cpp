@@ -108,9 +108,9 @@ TEST(HostBases, ABaseOnTheSameVehicleGivesItsHeading) {
   EXPECT_THAT(field.lines, IsEmpty());
   const positioning::Fix& fix = rear.step()->epoch.observed.fix;
   ASSERT_TRUE(fix.baseline && fix.baseline->moving_base);
-  ASSERT_TRUE(output::heading_deg(fix, 3));
+  ASSERT_TRUE(encoding::heading_deg(fix, 3));
   // From the base to the receiver: to the south-west.
-  EXPECT_NEAR(*output::heading_deg(fix, 3), 225, 1.5);
+  EXPECT_NEAR(*encoding::heading_deg(fix, 3), 225, 1.5);
   EXPECT_NEAR(fix.baseline->length_m(), std::sqrt(2.0), 0.05);
   EXPECT_NE(kind_of(rear), FixKind::Fixed);  // its position is computed without corrections
 }

@@ -334,16 +334,16 @@ TEST(HostedReceiver, ServesADriverBetweenEpochs) {
   test::LocalConnection driver(port);
   host.update(200);
   std::string bytes = driver.read_some();
-  EXPECT_THAT(bytes, HasSubstr(output::ubx::frame(0x0107, "").substr(0, 4))) << "NAV-PVT of an epoch";
-  const std::string answer_begins = output::ubx::frame(0x0A04, "").substr(0, 4);  // MON-VER
-  driver.send_text(output::ubx::frame(0x0A04, ""));
+  EXPECT_THAT(bytes, HasSubstr(encoding::ubx::frame(0x0107, "").substr(0, 4))) << "NAV-PVT of an epoch";
+  const std::string answer_begins = encoding::ubx::frame(0x0A04, "").substr(0, 4);  // MON-VER
+  driver.send_text(encoding::ubx::frame(0x0A04, ""));
   for (bytes.clear(); bytes.find(answer_begins) == std::string::npos;) {
     host.receiver->serve(200'000'000);
     pollfd some{driver.handle(), POLLIN, 0};
     if (poll(&some, 1, 10) == 1) bytes += driver.read_some();
   }
   EXPECT_EQ(host.seen.size(), 2U) << "no epoch has passed";
-  driver.send_text(output::ubx::frame(0x0604, Payload().u2(0xFFFF).u1(2).u1(0).bytes()));
+  driver.send_text(encoding::ubx::frame(0x0604, Payload().u2(0xFFFF).u1(2).u1(0).bytes()));
   for (int ms = 250; host.lines.empty() && ms < 20'000; ms += 50) host.update(ms);
   EXPECT_THAT(host.lines, ElementsAre(HasSubstr("cold start, requested over its line: fault 'restart 1'")));
 }

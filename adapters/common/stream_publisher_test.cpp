@@ -42,7 +42,8 @@ TEST_F(StreamPublisher, SendsEachEpochAsNmea) {
   publisher->publish(no_fix.report);
   publisher->reset();
   publisher->publish(sample.report);
-  const std::string expected = output::nmea_epoch(no_fix.step.epoch) + output::nmea_epoch(sample.step.epoch);
+  const std::string expected =
+      encoding::nmea_epoch(no_fix.step.epoch) + encoding::nmea_epoch(sample.step.epoch);
   EXPECT_EQ(client.read(expected.size()), expected);
 }
 
@@ -52,7 +53,7 @@ TEST_F(StreamPublisher, SendsTheBasesEpochs) {
   sample.report.step = &sample.step;
   sample.report.base = &base_measurements;
   const canyon::test::TemporaryFolder folder;
-  output::ReceiverDescription rover{"car"}, base{"base"};
+  encoding::ReceiverDescription rover{"car"}, base{"base"};
   base.station_ecef = base_measurements.epoch.truth_ecef;
   live::make_stream_publisher("stream", "base/rtcm=file:" + (folder / "base.rtcm").string(), {rover, base})
       ->publish(sample.report);
@@ -81,12 +82,12 @@ TEST_F(StreamPublisher, HostsOpenAddressesOfTheirOwn) {
     std::string& bytes;
   };
   std::string bytes;
-  const auto open = [&](const output::StreamRequest& request) -> std::shared_ptr<transport::Link> {
+  const auto open = [&](const encoding::StreamRequest& request) -> std::shared_ptr<transport::Link> {
     if (request.address != "topic:nmea") return nullptr;
     return std::make_shared<transport::Link>(std::make_unique<AppendedBytes>(bytes));
   };
   live::make_stream_publisher("streams", "nmea=topic:nmea", {{}}, open)->publish(sample.report);
-  EXPECT_EQ(bytes, output::nmea_epoch(sample.step.epoch));
+  EXPECT_EQ(bytes, encoding::nmea_epoch(sample.step.epoch));
   const canyon::test::TemporaryFolder folder;
   const auto file = folder / "car.nmea";
   live::make_stream_publisher("streams", "nmea=file:" + file.string(), {{}}, open)->publish(sample.report);
@@ -98,7 +99,7 @@ TEST_F(StreamPublisher, LatencyPassesByTheHostsClock) {
   const auto publisher = live::make_stream_publisher(
       "streams", "nmea=tcp://127.0.0.1:" + std::to_string(port) + "?latency_s=10", {{}});
   canyon::test::LocalConnection client(port);
-  const std::string sentences = output::nmea_epoch(sample.step.epoch);
+  const std::string sentences = encoding::nmea_epoch(sample.step.epoch);
   constexpr std::int64_t kLatency_ns = 10'000'000'000;
   sample.report.sim_time_ns = 0;
   publisher->publish(sample.report);

@@ -145,7 +145,7 @@ template <class Satellite>
   message.pseudorange = measured ? measured->pseudorange_m : kNaN;
   message.doppler = measured ? measured->doppler_hz.value_or(kNaN) : kNaN;
   message.carrier_frequency = measured ? measured->carrier_frequency_hz : kNaN;
-  message.excess_path = static_cast<float>(output::has_tracked_excess(seen) ? seen.excess_m : kNaN);
+  message.excess_path = static_cast<float>(encoding::has_tracked_excess(seen) ? seen.excess_m : kNaN);
   message.noise = static_cast<float>(measured ? seen.noise_m : kNaN);
   message.pseudorange_error = static_cast<float>(measured ? seen.pseudorange_error_m : kNaN);
   message.used = seen.used;
@@ -155,7 +155,7 @@ template <class Satellite>
   const bool phase = measured && measured->carrier_phase_cycles;
   message.carrier_phase = phase ? *measured->carrier_phase_cycles : kNaN;
   message.phase_lock = phase && measured->phase_since ? epoch.time - *measured->phase_since : kNaN;
-  message.excluded = output::is_excluded(fix, seen.id);
+  message.excluded = encoding::is_excluded(fix, seen.id);
   return message;
 }
 

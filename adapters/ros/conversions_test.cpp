@@ -446,7 +446,7 @@ TYPED_TEST(Conversions, SatellitesSayWhatTheyLackOfEpochs) {
        [](const M& m) -> test::ReportedValue {
          std::vector<std::string> names;
          for (const auto& fault : m.faults) names.emplace_back(fault.data(), fault.size());
-         return output::fault_names(names);
+         return encoding::fault_names(names);
        }},
   };
   const std::set<std::string> lacks{"true_latitude_deg",
@@ -509,7 +509,7 @@ TYPED_TEST(Conversions, SatellitesSayWhatTheyLackOfEpochs) {
   simulation::Epoch epoch = distinct_epoch();
   epoch.observed.fix.solution = positioning::FixKind::Differential;
   epoch.observed.fix.correction_age_s = 1.5;
-  test::expect_carried(output::TableKind::Epochs, epoch, satellites_message<M>(sample_head(), &epoch),
+  test::expect_carried(encoding::TableKind::Epochs, epoch, satellites_message<M>(sample_head(), &epoch),
                        carried, lacks);
 }
 
@@ -543,7 +543,8 @@ TYPED_TEST(Conversions, SatellitesSayWhatTheyLackOfSatellites) {
   const simulation::Epoch epoch =
       test::sample_signal_epoch(test::sample_time(), test::sample_time() - 12.5, {1, 2, 3});
   const auto message = satellites_message<M>(sample_head(), &epoch);
-  test::expect_carried(output::TableKind::Satellites, epoch, message.satellites.at(0), carried, lacks, 1e-6);
+  test::expect_carried(encoding::TableKind::Satellites, epoch, message.satellites.at(0), carried, lacks,
+                       1e-6);
 }
 
 TYPED_TEST(Conversions, SatellitesSayHowTheFixEnded) {

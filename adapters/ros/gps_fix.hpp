@@ -69,7 +69,7 @@ void set_motion(GPSFix& message, const positioning::Fix& fix) {
   const Eigen::Vector2d along = v.head<2>();
   message.speed = along.norm();
   message.climb = v.z();
-  message.track = output::wrapped_azimuth_deg(std::atan2(v.x(), v.y()), 3);
+  message.track = encoding::wrapped_azimuth_deg(std::atan2(v.x(), v.y()), 3);
   if (!fix.velocity_covariance_enu || message.speed <= 0) return;
   const Eigen::Matrix2d covariance = fix.velocity_covariance_enu->topLeftCorner<2, 2>();
   const Eigen::Vector2d forward = along / message.speed;
@@ -86,12 +86,12 @@ void set_attitude(GPSFix& message, const positioning::Fix& fix) {
   using Status = std::remove_reference_t<decltype(message.status)>;
   using Number = std::remove_reference_t<decltype(message.status.orientation_source)>;
   if (fix.fused()) {
-    message.dip = output::wrapped_azimuth_deg(fix.fusion->heading_rad, 3);
+    message.dip = encoding::wrapped_azimuth_deg(fix.fusion->heading_rad, 3);
     message.pitch = geodesy::degrees(fix.fusion->pitch_rad);
     message.roll = geodesy::degrees(fix.fusion->roll_rad);
     message.err_dip = 2 * geodesy::degrees(fix.fusion->heading_sigma_rad);
     message.status.orientation_source = static_cast<Number>(Status::SOURCE_GYRO | Status::SOURCE_ACCEL);
-  } else if (const auto heading = output::heading_deg(fix, 3)) {
+  } else if (const auto heading = encoding::heading_deg(fix, 3)) {
     message.dip = *heading;
     message.pitch = geodesy::degrees(fix.baseline->pitch_rad());
     message.err_dip = 2 * geodesy::degrees(fix.baseline->heading_sigma_rad());

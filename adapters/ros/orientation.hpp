@@ -27,7 +27,7 @@ template <class GnssInsOrientationStamped>
     pitch_rad = fix.fusion->pitch_rad;
     roll_rad = fix.fusion->roll_rad;
     heading_sigma_rad = fix.fusion->heading_sigma_rad;
-  } else if (output::heading_deg(fix, 3)) {
+  } else if (encoding::heading_deg(fix, 3)) {
     const positioning::Baseline& baseline = *fix.baseline;
     heading_rad = baseline.heading_rad();
     pitch_rad = baseline.pitch_rad();

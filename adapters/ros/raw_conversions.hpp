@@ -73,7 +73,7 @@ class RawObservations {
     }
   }
 
-  output::PhaseArcs arcs_;
+  encoding::PhaseArcs arcs_;
 };
 
 /// A receiver's state for diagnostics, in addition to its epoch.
@@ -124,14 +124,14 @@ template <class DiagnosticArray>
     else if (fix.solved())
       log(Status::WARN, "prediction: no satellite is used");
     else
-      log(Status::WARN, "no fix: " + std::string(output::no_fix_reason(fix, epoch->containment)));
+      log(Status::WARN, "no fix: " + std::string(encoding::no_fix_reason(fix, epoch->containment)));
     add("kind of fix", std::string(positioning::name(fix.kind())));
     if (fix.correction_age_s) add("age of corrections [s]", number(*fix.correction_age_s));
-    add("satellites used", std::to_string(output::used_count(fix)));
+    add("satellites used", std::to_string(encoding::used_count(fix)));
     add("satellites tracked", std::to_string(epoch->observed.visible));
     add("satellites blocked", std::to_string(epoch->observed.blocked));
     if (fix.solved() && fix.dop) add("HDOP", number(fix.dop->hdop));
-    if (fix.solved()) add("horizontal error [m]", number(output::horizontal_m(epoch->error_enu_m)));
+    if (fix.solved()) add("horizontal error [m]", number(encoding::horizontal_m(epoch->error_enu_m)));
   }
   add("behind the clock [s]", number(health.lateness_s));
   add("computing [s]", number(health.compute_s));

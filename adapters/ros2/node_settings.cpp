@@ -196,7 +196,7 @@ void check_topics(const Visitor& v, const NodeSettings& settings) {
   }
   const std::string& from = settings.live.receiver().options.corrections.from;
   try {
-    if (!relative::is_stream(from) || topic_of(from)) return;
+    if (!rtk::is_stream(from) || topic_of(from)) return;
   } catch (const InputError& e) {
     throw v.fault("corrections.from", e.problem(), e.hint());
   }

@@ -192,7 +192,7 @@ struct ReceiverNode::Impl {
         setup_of(settings, scene, start, node.get_fully_qualified_name(), log, simulation);
     for (const std::string& stream : settings.streams)
       setup.streams.emplace_back("parameter 'streams'", stream);
-    setup.open_link = [this](const output::StreamRequest& request) -> std::shared_ptr<transport::Link> {
+    setup.open_link = [this](const encoding::StreamRequest& request) -> std::shared_ptr<transport::Link> {
       const auto topic = topic_of(request.address);
       if (!topic) return nullptr;
       return open_rtcm_topic(NodeParts(node), *topic, settings.frame_id, [this] { return stamp_ns; });

@@ -28,8 +28,8 @@ bool is_topic_name(std::string_view name) {
 }  // namespace
 
 std::optional<std::string> topic_of(std::string_view address) {
-  if (!address.starts_with(relative::kTopicAddress)) return std::nullopt;
-  const std::string_view name = address.substr(relative::kTopicAddress.size());
+  if (!address.starts_with(rtk::kTopicAddress)) return std::nullopt;
+  const std::string_view name = address.substr(rtk::kTopicAddress.size());
   if (!is_topic_name(name)) {
     throw InputError(fmt::format("'{}' does not name a topic", address),
                      "write topic:NAME, such as topic:rtcm or topic:/ntrip_client/rtcm");
@@ -38,7 +38,7 @@ std::optional<std::string> topic_of(std::string_view address) {
 }
 
 std::optional<std::string> topic_of_stream(std::string_view stream) {
-  const output::StreamRequest request = output::parse_stream(stream);
+  const encoding::StreamRequest request = encoding::parse_stream(stream);
   const auto topic = topic_of(request.address);
   if (!topic) return std::nullopt;
   if (request.format != "rtcm") {

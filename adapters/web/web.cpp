@@ -111,7 +111,7 @@ Json run(const Json& given) {
   if (given.contains("seconds")) scenario.duration_s = given.at("seconds").get<double>();
   shown.scene = std::make_shared<simulation::CityScene>(simulation::load_city(scenario));
   shown.simulation = std::make_unique<simulation::Simulation>(std::move(scenario), shown.scene);
-  const auto files = output::make_file_sinks(*shown.simulation, "out");
+  const auto files = encoding::make_file_sinks(*shown.simulation, "out");
   view::ViewOptions kept;
   kept.skyline_step_m = 9;  // rays of skylines would take half of the time
   const auto view = view::make_view(*shown.simulation, "out/view", kept);

@@ -14,7 +14,7 @@
 
 namespace canyon::receiver {
 
-using relative::Corrections;
+using rtk::Corrections;
 
 std::shared_ptr<const Corrections> corrections_of(
     const ReceiverEpoch& station, const std::optional<Eigen::Vector3d>& antenna_position_ecef) {
@@ -62,7 +62,7 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
       std::count_if(is_below.begin(), is_below.end(), [](const auto& each) { return each.second; });
   const double lowest_rad =
       4 * static_cast<std::size_t>(below) > is_below.size() ? -geodesy::kPi : geodesy::radians(15);
-  for (const relative::ObservedMinusComputed& seen : computed) {
+  for (const rtk::ObservedMinusComputed& seen : computed) {
     const double code_m =
         std::sqrt(std::max(seen.sigma_m * seen.sigma_m - shared_m * shared_m, kMinCode_m * kMinCode_m));
     corrections_[{seen.id, seen.signal}] = {-seen.code_m, seen.sigma_m, std::hypot(code_m, apart_m)};
@@ -71,7 +71,7 @@ void CodeCorrections::take(const Corrections& corrections, const orbit::Sky& sky
     ++clock.count;
   }
   std::vector<CorrectionResidual> sightings;
-  for (const relative::ObservedMinusComputed& seen : computed) {
+  for (const rtk::ObservedMinusComputed& seen : computed) {
     const Mean& clock = clock_of(seen.id);
     double& metres = corrections_.at({seen.id, seen.signal}).metres;
     metres -= clock.sum / clock.count;

@@ -22,7 +22,7 @@ struct ReceiverEpoch;
 /// An epoch as corrections of a station; null if it measured nothing. @param antenna_position_ecef reported
 /// position of its antenna [m]; empty: the station moves, and reports its own fix of the epoch; without a fix
 /// it sends nothing
-[[nodiscard]] std::shared_ptr<const relative::Corrections> corrections_of(
+[[nodiscard]] std::shared_ptr<const rtk::Corrections> corrections_of(
     const ReceiverEpoch& station, const std::optional<Eigen::Vector3d>& antenna_position_ecef);
 
 /// Corrections of pseudoranges by the latest epoch of a reference station: the range of a signal by the
@@ -38,7 +38,7 @@ class CodeCorrections {
     double reported_sigma_m = 0;
   };
 
-  explicit CodeCorrections(const relative::CorrectionOptions& options) : max_age_s_(options.max_age_s) {}
+  explicit CodeCorrections(const rtk::CorrectionOptions& options) : max_age_s_(options.max_age_s) {}
 
   /// Replaces the station's epoch. Removes its clock, the mean over the satellites of each constellation:
   /// corrections of a drifting clock would contradict the Doppler.
@@ -48,11 +48,11 @@ class CodeCorrections {
   /// @param shared_m deviation of the errors in space in the station's codes
   /// @param apart_m deviation of their difference at the receiver
   /// Throws InputError as positioning::solve_fix() does.
-  void take(const relative::Corrections& corrections, const orbit::Sky& sky,
-            const positioning::FixOptions& fix, const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
-            double shared_m = 0, double apart_m = 0);
+  void take(const rtk::Corrections& corrections, const orbit::Sky& sky, const positioning::FixOptions& fix,
+            const std::map<gnss::System, gnss::Klobuchar>& klobuchar, double shared_m = 0,
+            double apart_m = 0);
   /// Age of the corrections [s], >= 0; empty if none are usable: older than
-  /// relative::CorrectionOptions::max_age_s, or more than a second ahead of `receiver_time`.
+  /// rtk::CorrectionOptions::max_age_s, or more than a second ahead of `receiver_time`.
   [[nodiscard]] std::optional<double> age_s(geodesy::GpsTime receiver_time) const;
   /// Null if the station did not measure the signal.
   [[nodiscard]] const Correction* of(gnss::SatelliteId id, const gnss::Signal& signal) const;

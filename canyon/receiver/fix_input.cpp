@@ -146,7 +146,7 @@ void FixInput::refer_to_l1(const orbit::SatelliteState& state) {
 }
 
 void FixInput::correct(gnss::SatelliteId id, geodesy::GpsTime time, const CodeCorrections& corrections) {
-  const double ageing_m = relative::kAgeing_mps * corrections.age_s(time).value_or(0);
+  const double ageing_m = rtk::kAgeing_mps * corrections.age_s(time).value_or(0);
   reported_sigmas_m_.clear();
   std::erase_if(codes_, [&](Code& code) {
     const CodeCorrections::Correction* correction = corrections.of(id, *code.signal);

@@ -24,7 +24,7 @@ void MeasurementModel::set_geometry(EpochState& at, const Eigen::Vector3d& anten
     result.antenna_ecef = antenna_ecef + at.motion.velocity_ecef * dt_s;
     result.position = geodesy::geodetic_from_ecef(result.antenna_ecef);
     result.enu_from_ecef = geodesy::enu_from_ecef_rotation(result.position);
-    result.zenith_m = errors::saastamoinen_zenith_m(result.position);
+    result.zenith_m = sky::saastamoinen_zenith_m(result.position);
     return result;
   };
   at.before = neighbour(-0.5);

@@ -16,7 +16,7 @@ namespace canyon::receiver {
 /// An epoch's measurements, as input of solvers.
 struct SolverInput {
   std::vector<positioning::Measurement> codes, corrected;
-  std::vector<relative::SignalMeasurement> signal_entries;  ///< for the carrier-phase filter alone
+  std::vector<rtk::SignalMeasurement> signal_entries;  ///< for the carrier-phase filter alone
 };
 
 /// A receiver's position from the measurements of its epochs: single-epoch fix, position filter, and
@@ -57,7 +57,7 @@ class PositionSolver {
   Eigen::Vector3d last_ecef_ = Eigen::Vector3d::Zero();  ///< of the last single-epoch fix, start of the next
   CodeCorrections corrections_;
   std::optional<positioning::PositionFilter> filter_;
-  std::optional<relative::RtkFilter> rtk_;
+  std::optional<rtk::RtkFilter> rtk_;
 };
 
 }  // namespace canyon::receiver

@@ -21,7 +21,7 @@
 #include "canyon/receiver/tracking/signal_lock.hpp"
 #include "canyon/receiver/tracking/signal_options.hpp"
 
-namespace canyon::relative {
+namespace canyon::rtk {
 struct Corrections;
 }
 
@@ -153,7 +153,7 @@ struct EpochContext {
   /// Needed if ReceiverOptions::ionosphere or FixOptions::correct_ionosphere is on.
   const std::map<gnss::System, gnss::Klobuchar>& klobuchar;
   /// Corrections received from a reference station since the last epoch; null: none.
-  const relative::Corrections* corrections = nullptr;
+  const rtk::Corrections* corrections = nullptr;
   /// Used with ReceiverOptions::dead_reckoning; null: satellites only.
   const VehicleSensors* sensors = nullptr;
 };

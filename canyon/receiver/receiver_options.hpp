@@ -22,7 +22,7 @@
 namespace canyon::receiver {
 
 /// Pseudorange noise, one OU process per satellite; and the paper's drifting mean. It represents the residual
-/// errors of orbits, clocks and atmosphere if no errors in space are simulated (errors::RangeErrorModel).
+/// errors of orbits, clocks and atmosphere if no errors in space are simulated (sky::RangeErrorModel).
 struct NoiseOptions {
   /// Default: on if there are no errors in space.
   options::Switch enabled = true;
@@ -110,9 +110,9 @@ struct ReceiverOptions : positioning::RangeOptions {
   tracking::SignalOptions signal;
   /// Position filter after the fix; off: independent fixes of single epochs, as in the paper.
   positioning::PositionFilterOptions filter;
-  relative::CorrectionOptions corrections;
+  rtk::CorrectionOptions corrections;
   /// Float and fixed solutions by carrier phases, in addition to those of the corrections.
-  relative::RtkOptions rtk;
+  rtk::RtkOptions rtk;
   /// Fusion with the vehicle's sensors, if the receiver's driver has some (EpochContext::sensors).
   positioning::DeadReckoningOptions dead_reckoning;
   /// Errors that a receiver assumes in its codes in addition to those of its loops: the noise process if it

@@ -639,10 +639,10 @@ TEST(ReceiverAtmosphere, DelaysAreInTheSignalAndTheFixTakesThemOff) {
       const auto& view = views[i].line;
       double delay = 0;
       if (ionosphere) {
-        delay += errors::klobuchar_delay_m(kKlobuchar.at(System::GPS), kTime, kPosition, view.azimuth_rad,
-                                           view.elevation_rad, view.state.carrier_frequency_hz);
+        delay += sky::klobuchar_delay_m(kKlobuchar.at(System::GPS), kTime, kPosition, view.azimuth_rad,
+                                        view.elevation_rad, view.state.carrier_frequency_hz);
       }
-      if (troposphere) delay += errors::saastamoinen_delay_m(kPosition, view.elevation_rad);
+      if (troposphere) delay += sky::saastamoinen_delay_m(kPosition, view.elevation_rad);
       EXPECT_GT(delay, 1);
       const double added = signal_only.satellites[i].measurement->pseudorange_m -
                            none.satellites[i].measurement->pseudorange_m;

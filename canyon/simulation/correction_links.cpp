@@ -58,7 +58,7 @@ std::vector<std::size_t> CorrectionLinks::order(std::vector<std::size_t> receive
 
 void CorrectionLinks::make_epochs(std::span<const DueEpoch> due, bool parallel, const Make& make) {
   std::vector<const Epoch*> made(due.size());
-  std::vector<std::shared_ptr<const relative::Corrections>> came(due.size());
+  std::vector<std::shared_ptr<const rtk::Corrections>> came(due.size());
   const auto make_one = [&](std::size_t i) { made[i] = make(i, std::move(came[i])); };
   for (std::size_t begin = 0; begin < due.size();) {
     std::size_t end = begin;
@@ -83,7 +83,7 @@ void CorrectionLinks::send(std::size_t receiver, const Epoch& epoch) {
   Node& from = node(receiver);
   from.antenna_position_ecef = epoch.truth_ecef;
   if (epoch.observed.fix.solved()) from.reported_ecef = epoch.observed.fix.position_ecef;
-  std::array<std::shared_ptr<const relative::Corrections>, 2> shared;  // [reports_true_position]
+  std::array<std::shared_ptr<const rtk::Corrections>, 2> shared;  // [reports_true_position]
   for (Node& to : nodes_) {
     if (to.base != receiver) continue;
     std::optional<Epoch> moved;
@@ -92,7 +92,7 @@ void CorrectionLinks::send(std::size_t receiver, const Epoch& epoch) {
       moved = to.station->move(epoch, to.reported_ecef);
       if (!moved) continue;
     }
-    std::shared_ptr<const relative::Corrections> own;
+    std::shared_ptr<const rtk::Corrections> own;
     auto& sent = moved ? own : shared[to.reports_true_position ? 1 : 0];
     if (!sent) {
       const Epoch& base = moved ? *moved : epoch;

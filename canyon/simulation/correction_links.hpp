@@ -43,7 +43,7 @@ class CorrectionLinks {
 
   /// Computes the epoch due[i] from the corrections that have arrived for it (null: none). The epoch must
   /// live until make_epochs() returns; null: there was no epoch.
-  using Make = std::function<const Epoch*(std::size_t i, std::shared_ptr<const relative::Corrections>)>;
+  using Make = std::function<const Epoch*(std::size_t i, std::shared_ptr<const rtk::Corrections>)>;
   /// The epoch loop of runs and of hosts' worlds: gets the corrections of each epoch, computes it, and sends
   /// its own corrections to its rovers. Epochs of a receiver must be in order of time and after those of its
   /// base.
@@ -55,7 +55,7 @@ class CorrectionLinks {
   struct Node {
     std::optional<std::size_t> base;
     bool reports_true_position = false;
-    std::optional<relative::CorrectionLink> link;
+    std::optional<rtk::CorrectionLink> link;
     std::optional<VirtualStation> station;                 // if it uses one
     std::optional<Eigen::Vector3d> antenna_position_ecef;  // of its latest epoch [m]
     std::optional<Eigen::Vector3d> reported_ecef;          // its latest fix [m]

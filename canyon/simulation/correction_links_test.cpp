@@ -171,12 +171,12 @@ TEST(Corrections, AreNotUsedWhenTheyAreOld) {
 }
 
 TEST(Corrections, OfTheFutureOrTooOldAreNone) {
-  relative::CorrectionOptions options;
+  rtk::CorrectionOptions options;
   options.max_age_s = 5;
   receiver::CodeCorrections corrections(options);
   const geodesy::GpsTime now = geodesy::GpsTime::from_week(2300, 1000);
   EXPECT_FALSE(corrections.age_s(now));
-  relative::Corrections epoch;
+  rtk::Corrections epoch;
   epoch.station = 17;
   epoch.station_ecef = {-2.4e6, 5.4e6, 2.4e6};
   epoch.receiver_time = now;
@@ -228,7 +228,7 @@ TEST(Corrections, EchoesAtTheBaseAreNotAWrongPlace) {
   positioning::FixOptions fix;
   fix.correct_ionosphere = fix.correct_troposphere = false;
   const auto offset_m = [&](const Eigen::Vector3d& reported_offset) {
-    relative::Corrections epoch;
+    rtk::Corrections epoch;
     epoch.receiver_time = now;
     epoch.station_ecef = frame.ecef_from_local(Eigen::Vector3d(0, 0, 10) + reported_offset);
     int echoes = 0, count = 0;

@@ -35,7 +35,7 @@ Environment::Environment(std::shared_ptr<CityScene> scene, std::shared_ptr<const
 void Environment::add_errors(propagation::Arrival& arrival, geodesy::GpsTime time,
                              const Eigen::Vector3d& antenna_ecef) const {
   if (!errors_) return;
-  const errors::RangeErrorModel::Reception reception = errors_->reception(time, antenna_ecef);
+  const sky::RangeErrorModel::Reception reception = errors_->reception(time, antenna_ecef);
   for (propagation::SatelliteView& view : arrival.views) view.space = errors_->at(view.line, reception);
 }
 

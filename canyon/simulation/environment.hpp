@@ -88,8 +88,8 @@ class Environment {
   [[nodiscard]] const std::map<gnss::System, gnss::Klobuchar>& klobuchar() const { return klobuchar_; }
   [[nodiscard]] const raytrace::RayScene& scene() const { return city_scene_->scene; }
   /// Later arrivals have these errors (SatelliteView::space). Null (initially, and after under()): none.
-  void set_errors(std::shared_ptr<const errors::RangeErrorModel> errors) { errors_ = std::move(errors); }
-  [[nodiscard]] const std::shared_ptr<const errors::RangeErrorModel>& errors() const { return errors_; }
+  void set_errors(std::shared_ptr<const sky::RangeErrorModel> errors) { errors_ = std::move(errors); }
+  [[nodiscard]] const std::shared_ptr<const sky::RangeErrorModel>& errors() const { return errors_; }
   /// Sets SatelliteView::space of an arrival of make_arrival(), if there are errors.
   void add_errors(propagation::Arrival& arrival, geodesy::GpsTime time,
                   const Eigen::Vector3d& antenna_ecef) const;
@@ -120,7 +120,7 @@ class Environment {
   std::shared_ptr<const orbit::Sky> sky_;
   std::map<gnss::System, gnss::Klobuchar> klobuchar_;
   std::vector<gnss::SatelliteId> satellites_;
-  std::shared_ptr<const errors::RangeErrorModel> errors_;
+  std::shared_ptr<const sky::RangeErrorModel> errors_;
 };
 
 }  // namespace canyon::simulation

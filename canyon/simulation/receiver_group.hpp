@@ -43,7 +43,7 @@ class ReceiverGroup {
         {};  ///< at `time`; empty: there is no truth (ReceiverRunner::observe_without_pose())
     StepInputs inputs = {};
     /// Corrections from outside, instead of those of a receiver of this run; null: none.
-    std::shared_ptr<const relative::Corrections> corrections = nullptr;
+    std::shared_ptr<const rtk::Corrections> corrections = nullptr;
   };
   /// Computes the epochs, with Epoch::receiver and Epoch::arrival, in the order of `due`, each from the
   /// corrections that have arrived for it. Epochs of a receiver must be in order of time and after those of

@@ -253,8 +253,8 @@ struct ReceiverRunner::Impl {
   int started = 0;
   std::vector<std::string> warnings;
   bool warned_of_station = false;
-  std::shared_ptr<const relative::Corrections> corrections;  // that arrived since the last step
-  std::optional<receiver::VehicleSensors> sensors;           // of a receiver with dead reckoning
+  std::shared_ptr<const rtk::Corrections> corrections;  // that arrived since the last step
+  std::optional<receiver::VehicleSensors> sensors;      // of a receiver with dead reckoning
 };
 
 ReceiverRunner::ReceiverRunner(RunnerConfig config, std::shared_ptr<CityScene> scene, GpsTime start,
@@ -381,7 +381,7 @@ const Environment& ReceiverRunner::environment() const {
   return impl_->environment;
 }
 
-void ReceiverRunner::set_corrections(std::shared_ptr<const relative::Corrections> corrections) {
+void ReceiverRunner::set_corrections(std::shared_ptr<const rtk::Corrections> corrections) {
   impl_->corrections = std::move(corrections);
 }
 

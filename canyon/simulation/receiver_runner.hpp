@@ -95,7 +95,7 @@ class ReceiverRunner {
   [[nodiscard]] Step observe(double seconds, const RigidPose& antenna);
 
   /// Sets corrections that arrived since the last step, from a receiver or a stream, for the next step.
-  void set_corrections(std::shared_ptr<const relative::Corrections> corrections);
+  void set_corrections(std::shared_ptr<const rtk::Corrections> corrections);
 
   /// Computes one epoch of an antenna at an unknown position: no signal, no fix; placement is Unknown, the
   /// true position NaN.

@@ -53,11 +53,11 @@ void check_ionosphere(const Scenario& scenario, const BuiltSky& sky) {
 void check_streams(const Scenario& scenario) {
   for (const ReceiverConfig& receiver : scenario.receivers) {
     const std::string& from = receiver.options.corrections.from;
-    if (!relative::is_stream(from)) continue;
+    if (!rtk::is_stream(from)) continue;
     throw scenario_error(
         scenario,
         fmt::format("receiver '{}' uses corrections from '{}', a stream", receiver.options.name, from),
-        from.starts_with(relative::kTopicAddress)
+        from.starts_with(rtk::kTopicAddress)
             ? "run it as a node of ROS 2 (docs/ros2.md), or name a base of the scenario"
             : "run it by canyon live, or name a base of the scenario");
   }

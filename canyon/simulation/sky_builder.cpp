@@ -273,14 +273,14 @@ void require_satellites(const orbit::Sky& sky, std::span<const GpsTime> times) {
   }
 }
 
-std::shared_ptr<const errors::RangeErrorModel> make_range_errors(const SkyConfig& config, const BuiltSky& sky,
-                                                                 std::uint64_t seed) {
+std::shared_ptr<const sky::RangeErrorModel> make_range_errors(const SkyConfig& config, const BuiltSky& sky,
+                                                              std::uint64_t seed) {
   if (!config.has_errors(!sky.navigation.empty())) return nullptr;
-  errors::RangeErrorOptions options = config.errors;
+  sky::RangeErrorOptions options = config.errors;
   // Receivers use the precise orbits as well.
   if (!config.sp3.empty()) options.orbit_clock_m.clear();
-  return std::make_shared<const errors::RangeErrorModel>(options, seed, sky.sky->satellites(),
-                                                         sky.navigation.klobuchar);
+  return std::make_shared<const sky::RangeErrorModel>(options, seed, sky.sky->satellites(),
+                                                      sky.navigation.klobuchar);
 }
 
 Environment make_environment(std::shared_ptr<CityScene> scene, const BuiltSky& sky, const SkyConfig& config,
@@ -291,7 +291,7 @@ Environment make_environment(std::shared_ptr<CityScene> scene, const BuiltSky& s
   return environment;
 }
 
-void decide_options(receiver::ReceiverOptions& options, const errors::RangeErrorModel* errors,
+void decide_options(receiver::ReceiverOptions& options, const sky::RangeErrorModel* errors,
                     const orbit::Sky* sky) {
   options.decide(errors != nullptr, errors != nullptr && errors->has_ionosphere());
   if (sky == nullptr) return;

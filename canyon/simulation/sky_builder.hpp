@@ -19,7 +19,7 @@ struct BuiltSky {
   gnss::NavigationData navigation;  ///< empty for SP3 and frozen skies
   ReadReport report;                ///< of its files, and possible mistakes
   /// make_range_errors() of this seed, for all users of the sky; null: each makes its own.
-  std::shared_ptr<const errors::RangeErrorModel> errors{};
+  std::shared_ptr<const sky::RangeErrorModel> errors{};
   std::uint64_t errors_seed = 0;
 };
 /// Builds the sky of `config`, valid over [begin, end], seen from `position` (frozen skies). Throws
@@ -29,16 +29,16 @@ struct BuiltSky {
                                  const geodesy::Geodetic& position);
 
 /// The range errors under a sky (SkyConfig::errors), the same for the same seed; null: none.
-[[nodiscard]] std::shared_ptr<const errors::RangeErrorModel> make_range_errors(const SkyConfig& config,
-                                                                               const BuiltSky& sky,
-                                                                               std::uint64_t seed);
+[[nodiscard]] std::shared_ptr<const sky::RangeErrorModel> make_range_errors(const SkyConfig& config,
+                                                                            const BuiltSky& sky,
+                                                                            std::uint64_t seed);
 /// A city under a built sky, with these errors.
 [[nodiscard]] Environment make_environment(std::shared_ptr<CityScene> scene, const BuiltSky& sky,
                                            const SkyConfig& config, std::uint64_t seed);
 
 /// Decides the options that are left open: by the range errors, and for a radio that cannot track all signals
 /// at once by the systems of the sky. @param sky null: a recording gives the tracked signals
-void decide_options(receiver::ReceiverOptions& options, const errors::RangeErrorModel* errors,
+void decide_options(receiver::ReceiverOptions& options, const sky::RangeErrorModel* errors,
                     const orbit::Sky* sky);
 
 /// Whether any satellite is known at `t`.

@@ -9,7 +9,7 @@
 #include "canyon/sky/range_errors.hpp"
 #include "tests/support/rtklib.hpp"
 
-namespace canyon::errors {
+namespace canyon::sky {
 namespace {
 
 using geodesy::GpsTime;
@@ -42,4 +42,4 @@ TEST(AtmosphereRtklib, BothModelsAgreeWithin1um) {
 }
 
 }  // namespace
-}  // namespace canyon::errors
+}  // namespace canyon::sky

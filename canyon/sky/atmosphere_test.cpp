@@ -7,7 +7,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/sky/gnss/satellite_id.hpp"
 
-namespace canyon::errors {
+namespace canyon::sky {
 namespace {
 
 using geodesy::Geodetic;
@@ -134,4 +134,4 @@ TEST(Saastamoinen, FallsWithTheAirAboveTheReceiver) {
 }
 
 }  // namespace
-}  // namespace canyon::errors
+}  // namespace canyon::sky

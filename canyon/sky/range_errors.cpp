@@ -15,7 +15,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
-namespace canyon::errors {
+namespace canyon::sky {
 
 namespace {
 
@@ -331,4 +331,4 @@ double atmosphere_m(bool ionosphere, bool troposphere,
   return delay_m;
 }
 
-}  // namespace canyon::errors
+}  // namespace canyon::sky

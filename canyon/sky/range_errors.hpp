@@ -17,7 +17,7 @@
 #include "canyon/sky/gnss/signal_groups.hpp"
 #include "canyon/sky/orbit/sky.hpp"
 
-namespace canyon::errors {
+namespace canyon::sky {
 
 /// Broadcast ionosphere delay [m] on `frequency_hz` (IS-GPS-200, 20.3.3.5.2.5; scaled from L1 by f^-2).
 /// 0 at or below the horizon.
@@ -162,4 +162,4 @@ class RangeErrorModel {
   RandomWaves ionosphere_, travelling_, troposphere_;
 };
 
-}  // namespace canyon::errors
+}  // namespace canyon::sky

@@ -8,7 +8,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 
-namespace canyon::errors {
+namespace canyon::sky {
 namespace {
 
 using geodesy::GpsTime;
@@ -167,4 +167,4 @@ TEST(RangeErrorModel, RefuseWhatIsOutOfRange) {
 }
 
 }  // namespace
-}  // namespace canyon::errors
+}  // namespace canyon::sky

@@ -21,11 +21,11 @@ py::array_t<double> matrix(const Eigen::Matrix3d& m) {
   return read_only(py::array_t<double>({py::ssize_t{3}, py::ssize_t{3}}, rotated.data()));
 }
 
-const output::Format& format_of(const std::filesystem::path& path, const std::string& name) {
-  if (!name.empty()) return output::format_named(name);
+const encoding::Format& format_of(const std::filesystem::path& path, const std::string& name) {
+  if (!name.empty()) return encoding::format_named(name);
   std::string known;
   const std::string ending = path.extension().string();
-  for (const output::Format& format : output::formats()) {
+  for (const encoding::Format& format : encoding::formats()) {
     const std::filesystem::path file(format.file);
     if (path.filename() == file) return format;
     if (!ending.empty() && ending == file.extension() && ending != ".csv" && ending != ".mavlink")
@@ -36,12 +36,12 @@ const output::Format& format_of(const std::filesystem::path& path, const std::st
                    "give format=, one of " + known);
 }
 
-using output::Column;
-using output::Row;
+using encoding::Column;
+using encoding::Row;
 
-const output::Table& table_named(const std::string& name) {
+const encoding::Table& table_named(const std::string& name) {
   std::vector<std::string_view> known;
-  for (const output::Table& table : output::tables()) {
+  for (const encoding::Table& table : encoding::tables()) {
     if (table.name == name) return table;
     known.push_back(table.name);
   }
@@ -138,7 +138,7 @@ std::shared_ptr<KeptEpoch> KeptEpoch::copy(const simulation::Epoch& source, bool
 }
 
 void write_epochs(const std::filesystem::path& path, const std::string& format,
-                  const output::ReceiverDescription& receiver, const std::vector<EpochPtr>& epochs) {
+                  const encoding::ReceiverDescription& receiver, const std::vector<EpochPtr>& epochs) {
   const auto encoder = format_of(path, format).make(receiver);
   OutputFile file(path);
   file.write(encoder->begin());
@@ -161,13 +161,13 @@ void bind_epochs(py::module_& m) {
       .def_property_readonly("receiver", [](const E& e) { return e.epoch.receiver; })
       .def_property_readonly("solved", [](const E& e) { return e.epoch.observed.fix.solved(); })
       .def_property_readonly(
-          "status", [](const E& e) { return std::string(output::status_word(e.epoch.observed.fix)); })
+          "status", [](const E& e) { return std::string(encoding::status_word(e.epoch.observed.fix)); })
       .def_property_readonly(
           "reason",
           [](const E& e) {
             const positioning::Fix& fix = e.epoch.observed.fix;
             return fix.solved() ? std::string()
-                                : std::string(output::no_fix_reason(fix, e.epoch.containment));
+                                : std::string(encoding::no_fix_reason(fix, e.epoch.containment));
           },
           "Reason why there is no fix.")
       .def_property_readonly(
@@ -193,11 +193,12 @@ void bind_epochs(py::module_& m) {
                                const auto& velocity = e.epoch.observed.fix.velocity_enu_mps;
                                return velocity ? py::object(array_of(*velocity)) : py::none();
                              })
-      .def_property_readonly("used", [](const E& e) { return output::used_count(e.epoch.observed.fix); })
+      .def_property_readonly("used", [](const E& e) { return encoding::used_count(e.epoch.observed.fix); })
       .def_property_readonly("tracked", [](const E& e) { return e.epoch.observed.visible; })
       .def_property_readonly("not_tracked", [](const E& e) { return e.epoch.observed.blocked; })
       .def_property_readonly(
-          "placement", [](const E& e) { return std::string(output::containment_word(e.epoch.containment)); })
+          "placement",
+          [](const E& e) { return std::string(encoding::containment_word(e.epoch.containment)); })
       .def_property_readonly("faults", [](const E& e) { return e.epoch.faults; })
       .def("__reduce__",
            [](const E& /*epoch*/) -> py::object {
@@ -212,14 +213,14 @@ void bind_epochs(py::module_& m) {
       .def("end", &EpochEncoder::end);
 }
 
-// Tables of epochs as columns: all of output::tables(), with the instant as UTC first.
+// Tables of epochs as columns: all of encoding::tables(), with the instant as UTC first.
 
 py::dict table_of(const std::vector<EpochPtr>& epochs, const std::string& name) {
-  const output::Table& table = table_named(name);
+  const encoding::Table& table = table_named(name);
   std::vector<std::int64_t> times;
   std::vector<Values> values;
   for (const Column& column : table.columns) values.emplace_back(column);
-  output::TableRows rows(table.kind, epochs.empty() ? tracking::SignalOptions{} : *epochs.front()->signal);
+  encoding::TableRows rows(table.kind, epochs.empty() ? tracking::SignalOptions{} : *epochs.front()->signal);
   for (const EpochPtr& epoch : epochs) {
     rows.each(epoch->epoch, [&](const Row& row) {
       times.push_back(unix_ns(row.epoch.observed.time));

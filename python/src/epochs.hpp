@@ -30,8 +30,8 @@ using EpochPtr = std::shared_ptr<KeptEpoch>;
 /// Encodes epochs of one receiver, as in `canyon simulate`.
 class EpochEncoder {
  public:
-  EpochEncoder(const std::string& format, const output::ReceiverDescription& receiver)
-      : encoder_(output::format_named(format).make(receiver)) {}
+  EpochEncoder(const std::string& format, const encoding::ReceiverDescription& receiver)
+      : encoder_(encoding::format_named(format).make(receiver)) {}
   [[nodiscard]] py::bytes begin() { return encoder_->begin(); }
   [[nodiscard]] py::bytes encode(const KeptEpoch& epoch) { return encoder_->encode(epoch.epoch); }
   [[nodiscard]] py::bytes end() {
@@ -41,11 +41,11 @@ class EpochEncoder {
   }
 
  private:
-  std::unique_ptr<output::Encoder> encoder_;
+  std::unique_ptr<encoding::Encoder> encoder_;
 };
 
 /// Writes all epochs into one file, complete or absent. @param format empty: by the file's name
 void write_epochs(const std::filesystem::path& path, const std::string& format,
-                  const output::ReceiverDescription& receiver, const std::vector<EpochPtr>& epochs);
+                  const encoding::ReceiverDescription& receiver, const std::vector<EpochPtr>& epochs);
 
 }  // namespace canyon::python

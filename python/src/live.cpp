@@ -63,7 +63,7 @@ class Live {
   }
   [[nodiscard]] std::unique_ptr<EpochEncoder> encoder(const std::string& format, double interval_s,
                                                       const std::string& generation) const {
-    output::ReceiverDescription description = output::describe_receivers(receiver(), interval_s).front();
+    encoding::ReceiverDescription description = encoding::describe_receivers(receiver(), interval_s).front();
     description.ubx_generation =
         read_tree<simulation::StreamOptions>(tree_of(py::dict("generation"_a = generation)), "encoder")
             .generation;

@@ -290,7 +290,7 @@ void bind_models(py::module_& m) {
                              [](const A& a) { return array_of(a.antenna().velocity_ecef); })
       .def_property_readonly(
           "placement",
-          [](const A& a) { return std::string(output::containment_word(a.arrival().containment)); })
+          [](const A& a) { return std::string(encoding::containment_word(a.arrival().containment)); })
       .def_property_readonly("satellites",
                              [](const A& a) {
                                std::vector<LentView> views;

@@ -417,7 +417,7 @@ True)");
       "formats",
       [] {
         py::dict formats;
-        for (const output::Format& format : output::formats()) {
+        for (const encoding::Format& format : encoding::formats()) {
           if (format.help.empty()) continue;  // for streams only
           formats[py::str(std::string(format.name))] = std::string(format.file);
         }

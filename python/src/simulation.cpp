@@ -46,9 +46,9 @@ EachEpoch watch_of(Signals& signals) {
   return EachEpoch([&signals](const simulation::Epoch&) { (void)signals.interrupted(); });
 }
 
-py::dict summary_of(const output::RunSummary& summary) {
+py::dict summary_of(const encoding::RunSummary& summary) {
   py::dict metrics("receiver"_a = summary.receiver);
-  for (const output::SummaryMetric& metric : output::summary_metrics()) {
+  for (const encoding::SummaryMetric& metric : encoding::summary_metrics()) {
     const double value = metric.value(summary);
     metrics[metric.name] = metric.is_count() ? py::object(py::int_(static_cast<std::int64_t>(value)))
                                              : py::object(py::float_(value));
@@ -67,7 +67,7 @@ py::dict run(const SimulationPtr& simulation, int threads, bool with_paths,
   EachEpoch keeper([&](const simulation::Epoch& epoch) {
     kept.push_back(KeptEpoch::copy(epoch, with_paths, simulation));
   });
-  output::SummarySink metrics(names_of(*simulation));
+  encoding::SummarySink metrics(names_of(*simulation));
   Signals signals;
   EachEpoch watch = watch_of(signals);
   std::vector<simulation::EpochSink*> sinks{&keeper, &metrics, &watch};
@@ -80,12 +80,12 @@ py::dict run(const SimulationPtr& simulation, int threads, bool with_paths,
     if (folder) {
       results.emplace(*folder, "simulate");
       ResultFiles::refuse(*folder / "report.txt");
-      files = output::make_file_sinks(*simulation, *folder);
+      files = encoding::make_file_sinks(*simulation, *folder);
       for (std::size_t i = 0;
            i < simulation->scenario().receivers.size() && simulation->scenario().outputs.has("pictures");
            ++i) {
-        files.push_back(drawing::make_pictures(*simulation, output::receiver_folder(*simulation, *folder, i),
-                                               i, signals.stop()));
+        files.push_back(drawing::make_pictures(
+            *simulation, encoding::receiver_folder(*simulation, *folder, i), i, signals.stop()));
       }
     }
     for (const auto& file : files) sinks.push_back(file.get());
@@ -97,7 +97,7 @@ py::dict run(const SimulationPtr& simulation, int threads, bool with_paths,
   std::vector<std::vector<EpochPtr>> epochs(simulation->scenario().receivers.size());
   for (EpochPtr& epoch : kept) epochs[epoch->epoch.receiver].push_back(std::move(epoch));
   std::vector<py::dict> summaries;
-  for (const output::RunSummary& each : metrics.summaries()) summaries.push_back(summary_of(each));
+  for (const encoding::RunSummary& each : metrics.summaries()) summaries.push_back(summary_of(each));
   ReadReport report = simulation->report();
   report.add_line(ReadReport::Level::Guess, result.warnings);
   warn_of(report, simulation->report());
@@ -164,8 +164,8 @@ py::dict correlation(const SimulationPtr& simulation, const std::string& satelli
 
 /// The arrays of one of the scenario's sensors over the run.
 py::dict sensor_arrays(const SimulationPtr& simulation, const std::string& sensor) {
-  output::SensorArrays samples(simulation->scenario().sensors, simulation->begin());
-  const auto is_sensor_array = [&](const output::SensorArray& array) { return array.sensor == sensor; };
+  encoding::SensorArrays samples(simulation->scenario().sensors, simulation->begin());
+  const auto is_sensor_array = [&](const encoding::SensorArray& array) { return array.sensor == sensor; };
   if (std::none_of(samples.arrays().begin(), samples.arrays().end(), is_sensor_array)) {
     throw InputError(fmt::format("the scenario has no sensors.{}", sensor),
                      fmt::format("add sensors: {{{}: {{}}}}", sensor));
@@ -179,7 +179,7 @@ py::dict sensor_arrays(const SimulationPtr& simulation, const std::string& senso
     return true;
   });
   py::dict result;
-  for (output::SensorArray& array : samples.arrays()) {
+  for (encoding::SensorArray& array : samples.arrays()) {
     if (!is_sensor_array(array)) continue;
     const auto rows = static_cast<py::ssize_t>(array.values.size() / array.columns);
     const auto columns = static_cast<py::ssize_t>(array.columns);
@@ -197,7 +197,7 @@ void write(const SimulationPtr& simulation, std::size_t receiver, const std::vec
     rinex::write_rinex_navigation(path, simulation->navigation());
     return;
   }
-  write_epochs(path, format, output::describe_receiver(*simulation, receiver), epochs);
+  write_epochs(path, format, encoding::describe_receiver(*simulation, receiver), epochs);
 }
 
 }  // namespace
@@ -259,7 +259,7 @@ void bind_simulation(py::module_& m) {
       .def(
           "encoder",
           [](const SimulationPtr& self, const std::string& format, std::size_t receiver) {
-            return std::make_unique<EpochEncoder>(format, output::describe_receiver(*self, receiver));
+            return std::make_unique<EpochEncoder>(format, encoding::describe_receiver(*self, receiver));
           },
           "format"_a, "receiver"_a = 0,
           "Encodes epochs to bytes: `begin()`, `encode(epoch)` of each, `end()`. See :func:`canyon.formats`.")

@@ -5,7 +5,7 @@ int main(int, char** arguments) {
   auto scenario = canyon::simulation::read_scenario(arguments[1]);
   auto city = canyon::simulation::load_city(scenario);
   const canyon::simulation::Simulation drive(scenario, std::move(city));
-  canyon::output::SummarySink metrics({"car"});
+  canyon::encoding::SummarySink metrics({"car"});
   drive.run({&metrics});
-  std::cout << canyon::output::format_summary_table(metrics.summaries());
+  std::cout << canyon::encoding::format_summary_table(metrics.summaries());
 }

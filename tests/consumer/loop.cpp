@@ -8,8 +8,8 @@ int main() {
       simulation::parse_live_config("{start: 2026-06-01T08:00:00Z, profile: ublox-m10}", "loop");
   const auto scene = std::make_shared<simulation::CityScene>(city::synthetic_city({}));
   simulation::ReceiverRunner receiver(config, scene, config.start.value());
-  const auto track = output::format_named("kml").make(output::describe_receivers(receiver, 0.2).front());
-  output::SummarySink metrics({"car"});
+  const auto track = encoding::format_named("kml").make(encoding::describe_receivers(receiver, 0.2).front());
+  encoding::SummarySink metrics({"car"});
   std::ofstream file("loop.kml");
   file << track->begin();
   for (int step = 0; step < 250; ++step) {  // your loop: 4 m/s to the east along the middle street
@@ -24,5 +24,5 @@ int main() {
   }
   file << track->end();
   metrics.finish();
-  std::cout << output::format_summary_table(metrics.summaries());
+  std::cout << encoding::format_summary_table(metrics.summaries());
 }

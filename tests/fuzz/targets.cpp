@@ -352,10 +352,10 @@ void read_meshes(const fs::path& path) {
 void receive_ubx(const fs::path& path) {
   const std::string bytes = test::read_bytes(path);
   using simulation::UbxGeneration;
-  std::vector<std::unique_ptr<output::Encoder>> devices;
-  devices.push_back(output::encode_sbf({"rover"}));
+  std::vector<std::unique_ptr<encoding::Encoder>> devices;
+  devices.push_back(encoding::encode_sbf({"rover"}));
   for (const UbxGeneration generation : {UbxGeneration::M8, UbxGeneration::F9, UbxGeneration::X20})
-    devices.push_back(output::encode_ubx({.name = "rover", .ubx_generation = generation}));
+    devices.push_back(encoding::encode_ubx({.name = "rover", .ubx_generation = generation}));
   for (const auto& device : devices) {
     (void)device->encode(test::sample_signal_epoch(test::sample_time(), test::sample_time()));
     std::size_t at = 0;
@@ -467,17 +467,17 @@ std::vector<std::string> command_lines() {
       "{\"satellites\": "
       "[\"G05\"]}}}\n{\"command\": \"end_fault\", \"name\": \"a\"}\n{\"command\": \"stop\"}\n"};
 }
-std::string ubx_frame(output::ubx::MessageId id, std::initializer_list<unsigned> payload) {
+std::string ubx_frame(encoding::ubx::MessageId id, std::initializer_list<unsigned> payload) {
   std::string bytes;
   for (const unsigned byte : payload) bytes += static_cast<char>(byte);
-  return output::ubx::frame(id, bytes);
+  return encoding::ubx::frame(id, bytes);
 }
 
 std::string rtcm_stream() {
   const simulation::Epoch epoch = test::sample_signal_epoch(test::sample_time(), test::sample_time() - 9);
-  output::ReceiverDescription base{.name = "base", .begin = test::sample_time()};
+  encoding::ReceiverDescription base{.name = "base", .begin = test::sample_time()};
   base.station_ecef = epoch.truth_ecef;
-  return output::format_named("rtcm").make(base)->encode(epoch);
+  return encoding::format_named("rtcm").make(base)->encode(epoch);
 }
 
 /// One of each command.

@@ -210,7 +210,7 @@ TEST(RtcmByConvbin, ReadsTheBaseOnAUbxLine) {
   all.all_signals = true;
   const auto ours = rinex::read_rinex_observations(folder / "receiver.obs", all);
   for (const int level : {4, 7}) {
-    const auto line = output::format_named("ubx").make(output::describe_receiver(simulation, 0));
+    const auto line = encoding::format_named("ubx").make(encoding::describe_receiver(simulation, 0));
     // RTKLIB skips a message after a 0xD3 of another protocol: CFG-UART1OUTPROT-UBX off.
     // CFG-MSGOUT-RTCM_3X_TYPE1005, 1074 or 1077 ... 1124 or 1127 and 1230 of UART1.
     const std::initializer_list<std::pair<std::uint32_t, std::uint64_t>> kMsm4{
@@ -219,7 +219,7 @@ TEST(RtcmByConvbin, ReadsTheBaseOnAUbxLine) {
     const std::initializer_list<std::pair<std::uint32_t, std::uint64_t>> kMsm7{
         {0x10740001, 0}, {0x10740004, 1}, {0x209102be, 1}, {0x209102cd, 1},
         {0x209102d2, 1}, {0x20910319, 1}, {0x209102d7, 1}, {0x20910304, 1}};
-    (void)line->receive(0, output::ubx::frame(0x068A, test::values(1, level == 4 ? kMsm4 : kMsm7)));
+    (void)line->receive(0, encoding::ubx::frame(0x068A, test::values(1, level == 4 ? kMsm4 : kMsm7)));
     {
       std::ofstream stream(folder / "line.ubx", std::ios::binary);
       for (const simulation::Epoch& epoch : epochs) stream << line->encode(epoch);
@@ -279,8 +279,8 @@ TEST(RtcmByConvbin, EphemeridesOfARealDayComeThroughWhole) {
   const test::TemporaryFolder folder;
   {
     std::ofstream stream(folder / "day.rtcm3", std::ios::binary);
-    for (const auto& e : day.kepler) stream << output::rtcm::frame(output::rtcm::ephemeris(e));
-    for (const auto& e : day.glonass) stream << output::rtcm::frame(output::rtcm::ephemeris(e));
+    for (const auto& e : day.kepler) stream << encoding::rtcm::frame(encoding::rtcm::ephemeris(e));
+    for (const auto& e : day.glonass) stream << encoding::rtcm::frame(encoding::rtcm::ephemeris(e));
   }
   convert(folder / "day.rtcm3", noon, folder.path(), "judged", "-ro -EPHALL");
   const gnss::NavigationData back = rinex::read_rinex_navigation(folder / "judged.nav");

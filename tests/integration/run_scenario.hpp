@@ -35,7 +35,7 @@ inline simulation::Simulation prepare(const std::string& yaml, const std::filesy
 inline std::vector<simulation::Epoch> run_and_write(const simulation::Simulation& simulation,
                                                     const std::filesystem::path& out, int threads = 0) {
   Recorder recorder;
-  const auto files = output::make_file_sinks(simulation, out);
+  const auto files = encoding::make_file_sinks(simulation, out);
   std::vector<simulation::EpochSink*> sinks{&recorder};
   for (const auto& file : files) sinks.push_back(file.get());
   simulation::RunOptions options;

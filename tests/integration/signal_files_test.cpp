@@ -22,7 +22,7 @@ namespace {
 
 TEST(SignalFiles, ObservationsComeBack) {
   const test::TemporaryFolder folder;
-  output::ReceiverDescription header;
+  encoding::ReceiverDescription header;
   header.name = "rover";
   header.systems = {gnss::kAllSystems.begin(), gnss::kAllSystems.end()};
   header.signal.enabled = true;
@@ -33,7 +33,7 @@ TEST(SignalFiles, ObservationsComeBack) {
     epochs.push_back(test::sample_signal_epoch(begin + i, begin - 5));
     if (i == 2) epochs.back().observed.satellites[6].measurement->phase_since = begin + 1.5;
   }
-  const auto sink = output::open_file("rinex_observation", folder / "rover.obs", 0, header);
+  const auto sink = encoding::open_file("rinex_observation", folder / "rover.obs", 0, header);
   for (const auto& epoch : epochs) sink->write(epoch);
   sink->finish();
 

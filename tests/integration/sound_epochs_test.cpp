@@ -48,9 +48,9 @@ double r8(std::string_view bytes, std::size_t at) {
 class Outputs final : public simulation::EpochSink {
  public:
   explicit Outputs(const simulation::Simulation& simulation) {
-    const output::ReceiverDescription rover = output::describe_receiver(simulation, 0);
+    const encoding::ReceiverDescription rover = encoding::describe_receiver(simulation, 0);
     for (const char* name : {"epochs_csv", "nmea", "ubx", "sbf"}) {
-      const auto& encoder = encoders_[name] = output::format_named(name).make(rover);
+      const auto& encoder = encoders_[name] = encoding::format_named(name).make(rover);
       const std::string head = encoder->begin();
       if (std::string_view(name) == "epochs_csv") columns_ = split(head);
     }
@@ -86,9 +86,9 @@ class Outputs final : public simulation::EpochSink {
     check_nmea(bytes["nmea"], fix, latitude_deg);
     check_ubx(bytes["ubx"], fix, latitude_deg);
     check_sbf(bytes["sbf"], fix);
-    check_mavlink(output::gps_raw_int(epoch), fix.measured(), latitude_deg);
-    check_mavlink(output::hil_gps(epoch), fix.measured() && fix.velocity_enu_mps, latitude_deg);
-    check_mavlink(output::gps_input(epoch), fix.measured() && fix.velocity_enu_mps, latitude_deg);
+    check_mavlink(encoding::gps_raw_int(epoch), fix.measured(), latitude_deg);
+    check_mavlink(encoding::hil_gps(epoch), fix.measured() && fix.velocity_enu_mps, latitude_deg);
+    check_mavlink(encoding::gps_input(epoch), fix.measured() && fix.velocity_enu_mps, latitude_deg);
     ++kinds[fix.kind()];
   }
   void finish() override {}
@@ -170,7 +170,7 @@ class Outputs final : public simulation::EpochSink {
     }
   }
 
-  std::map<std::string, std::unique_ptr<output::Encoder>> encoders_;
+  std::map<std::string, std::unique_ptr<encoding::Encoder>> encoders_;
   std::vector<std::string> columns_;
 };
 

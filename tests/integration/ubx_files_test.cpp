@@ -40,9 +40,9 @@ struct Files {
             "outputs: {pictures: false, kml: false, geojson: false, ubx: true}\n",
         folder.path());
     epochs = test::run_and_write(simulation, folder.path());
-    output::ReceiverDescription m8 = output::describe_receiver(simulation, 0);
+    encoding::ReceiverDescription m8 = encoding::describe_receiver(simulation, 0);
     m8.ubx_generation = simulation::UbxGeneration::M8;
-    const auto file = output::open_file("ubx", folder / "receiver-m8.ubx", 0, m8);
+    const auto file = encoding::open_file("ubx", folder / "receiver-m8.ubx", 0, m8);
     for (const simulation::Epoch& epoch : epochs) file->write(epoch);
     file->finish();
   }
@@ -329,8 +329,8 @@ TEST_P(UbxForGpsd, IsRead) {
   const test::TemporaryFolder folder;
   std::map<std::int64_t, simulation::Epoch> by_second;
   {
-    const auto sink =
-        output::open_file("ubx", folder / "receiver.ubx", 0, {.name = "rover", .ubx_generation = GetParam()});
+    const auto sink = encoding::open_file("ubx", folder / "receiver.ubx", 0,
+                                          {.name = "rover", .ubx_generation = GetParam()});
     for (int i = 0; i < 20; ++i) {
       const geodesy::GpsTime time = test::sample_time() + static_cast<double>(i);
       simulation::Epoch epoch =

@@ -63,8 +63,8 @@ class Teller final : public simulation::EpochSink {
                                                       samples::FrontEnd(), 4e6)) {}
 
   void write(const Epoch& epoch) override {
-    read(output::TableKind::Signals, epoch);
-    read(output::TableKind::Satellites, epoch);
+    read(encoding::TableKind::Signals, epoch);
+    read(encoding::TableKind::Satellites, epoch);
     // 100 km to the north.
     geodesy::Geodetic geodetic = epoch.truth.position;
     geodetic.latitude_rad += geodesy::radians(0.9);
@@ -92,16 +92,16 @@ class Teller final : public simulation::EpochSink {
   void finish() override {}
 
  private:
-  void read(output::TableKind kind, const Epoch& epoch) {
-    const auto columns = output::table(kind).columns;
-    output::TableRows rows(kind, options_.signal);
-    rows.each(epoch, [&](const output::Row& row) {
+  void read(encoding::TableKind kind, const Epoch& epoch) {
+    const auto columns = encoding::table(kind).columns;
+    encoding::TableRows rows(kind, options_.signal);
+    rows.each(epoch, [&](const encoding::Row& row) {
       if (!row.signal->measurement) return;
       std::string name = gnss::to_string(row.satellite->id);
-      const bool signal_entries = kind == output::TableKind::Signals;
+      const bool signal_entries = kind == encoding::TableKind::Signals;
       if (signal_entries) name += std::string(" ") + std::string(row.signal->signal->name);
       reported_.sine[name] = std::sin(row.satellite->elevation_rad);
-      for (const output::Column& column : columns) {
+      for (const encoding::Column& column : columns) {
         const std::string_view is(column.name);
         if (is == "pseudorange_m")
           (signal_entries ? reported_.signal_entries : reported_.satellite_rows)[name] = column.value(row);

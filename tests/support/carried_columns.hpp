@@ -23,21 +23,21 @@ using Carried = std::map<std::string, ReportedValue (*)(const Message&)>;
 /// Every column of a table is either carried, and then the message has the value of a row, or is listed as
 /// missing in the message. @param relative maximum relative difference of numbers @param number of the row
 template <typename Message>
-void expect_carried(output::TableKind kind, const simulation::Epoch& epoch, const Message& message,
+void expect_carried(encoding::TableKind kind, const simulation::Epoch& epoch, const Message& message,
                     const Carried<Message>& carried, const std::set<std::string>& lacks,
                     double relative = 1e-12, std::size_t number = 0) {
   std::set<std::string> known;
   std::size_t rows = 0;
-  output::TableRows(kind, {}).each(epoch, [&](const output::Row& row) {
+  encoding::TableRows(kind, {}).each(epoch, [&](const encoding::Row& row) {
     if (rows++ != number) return;
-    for (const output::Column& column : output::table(kind).columns) {
+    for (const encoding::Column& column : encoding::table(kind).columns) {
       known.insert(column.name);
       const auto reported = carried.find(column.name);
       EXPECT_NE(reported != carried.end(), lacks.count(column.name) > 0)
           << column.name << ": put it into the message, or among those that it lacks";
       if (reported == carried.end()) continue;
       const ReportedValue value = reported->second(message);
-      if (column.kind == output::Column::Kind::Text) {
+      if (column.kind == encoding::Column::Kind::Text) {
         EXPECT_EQ(std::get<std::string>(value), column.text(row)) << column.name;
         continue;
       }

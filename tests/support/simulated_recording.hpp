@@ -63,8 +63,8 @@ shadowing: {skyline: {share: 0}}
     }
     const simulation::Simulation simulation(scenario, std::move(truth));
     const auto rinex =
-        output::open_file("rinex_observation", obs, 0, output::describe_receiver(simulation, 0));
-    const auto nmea_file = output::open_file("nmea", nmea, 0, output::describe_receiver(simulation, 0));
+        encoding::open_file("rinex_observation", obs, 0, encoding::describe_receiver(simulation, 0));
+    const auto nmea_file = encoding::open_file("nmea", nmea, 0, encoding::describe_receiver(simulation, 0));
     TruthFile truth_file(truth_csv);
     simulation.run({rinex.get(), nmea_file.get(), &truth_file, &epochs_});
     scenario_ = scenario;

@@ -111,10 +111,10 @@ struct TileScene {
       if (options.noise.enabled) m.pseudorange_m += options.noise.ou.mu_m;
       if (options.ionosphere) {
         m.pseudorange_m +=
-            errors::klobuchar_delay_m(errors::klobuchar_of(klobuchar, m.id.system), time, at,
-                                      line->azimuth_rad, line->elevation_rad, m.carrier_frequency_hz);
+            sky::klobuchar_delay_m(sky::klobuchar_of(klobuchar, m.id.system), time, at, line->azimuth_rad,
+                                   line->elevation_rad, m.carrier_frequency_hz);
       }
-      if (options.troposphere) m.pseudorange_m += errors::saastamoinen_delay_m(at, line->elevation_rad);
+      if (options.troposphere) m.pseudorange_m += sky::saastamoinen_delay_m(at, line->elevation_rad);
       measurements.push_back(m);
     }
     Result result;

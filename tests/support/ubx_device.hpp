@@ -16,10 +16,10 @@
 
 namespace canyon::test {
 
-using output::Encoder;
-using output::ReceiverDescription;
-using output::ubx::MessageId;
-namespace ubx = output::ubx;
+using encoding::Encoder;
+using encoding::ReceiverDescription;
+using encoding::ubx::MessageId;
+namespace ubx = encoding::ubx;
 
 inline constexpr MessageId kAck = 0x0501, kNak = 0x0500;
 
@@ -80,7 +80,7 @@ class UbxDevice {
     receiver.systems = {gnss::System::GPS, gnss::System::Galileo};
     receiver.glonass_channels = {{*gnss::parse_satellite("R01"), 1}, {*gnss::parse_satellite("R24"), -7}};
     receiver.ubx_generation = generation;
-    encoder_ = output::encode_ubx(receiver);
+    encoder_ = encoding::encode_ubx(receiver);
   }
   std::vector<Message> encode(const simulation::Epoch& epoch) {
     return split_frames(encoder_->encode(epoch));

@@ -105,7 +105,7 @@ void fill_satellite(const receiver::SatelliteObservation& seen, const receiver::
   message.set_used(seen.used);
   message.set_lock(lock_of(seen.lock));
   if (seen.cn0_dbhz) message.set_true_cn0_dbhz(*seen.cn0_dbhz);
-  message.set_excluded(output::is_excluded(epoch.fix, seen.id));
+  message.set_excluded(encoding::is_excluded(epoch.fix, seen.id));
   if (!seen.measurement) return;
   message.set_pseudorange_m(seen.measurement->pseudorange_m);
   if (seen.measurement->doppler_hz) message.set_doppler_hz(*seen.measurement->doppler_hz);
@@ -133,7 +133,7 @@ void fill_baseline(const positioning::Baseline& baseline, msgs::GnssBaseline& me
 void fill_fix(const simulation::Epoch& epoch, msgs::GnssFix& message) {
   const positioning::Fix& fix = epoch.observed.fix;
   message.set_status(status_of(fix.status));
-  message.set_reason(std::string(output::no_fix_reason(fix, epoch.containment)));
+  message.set_reason(std::string(encoding::no_fix_reason(fix, epoch.containment)));
   message.set_kind(kind_of(fix.kind()));
   if (corrected(fix.kind())) {
     if (fix.correction_age_s) message.set_correction_age_s(*fix.correction_age_s);
@@ -167,7 +167,7 @@ void fill_fix(const simulation::Epoch& epoch, msgs::GnssFix& message) {
   for (const double residual : fix.residuals_m) message.add_residuals_m(residual);
   fill_enu(epoch.error_enu_m, *message.mutable_error_enu_m());
   if (fix.baseline) fill_baseline(*fix.baseline, *message.mutable_baseline());
-  if (const std::optional<bool> wrong = output::wrong_fix(epoch)) message.set_wrong_fix(*wrong);
+  if (const std::optional<bool> wrong = encoding::wrong_fix(epoch)) message.set_wrong_fix(*wrong);
 }
 
 }  // namespace
@@ -193,7 +193,7 @@ void fill_gnss_message(const ReceiverIdentity& identity, const live::ReceiverRep
     message.set_reason("prediction: no satellite is used");
   } else {
     message.set_state(msgs::GnssReceiver::NO_FIX);
-    message.set_reason(std::string(output::no_fix_reason(seen.fix, epoch.containment)));
+    message.set_reason(std::string(encoding::no_fix_reason(seen.fix, epoch.containment)));
   }
   message.set_gps_week(seen.time.week());
   message.set_gps_time_of_week_ns(seen.time.nanosecond_of_week());

@@ -130,7 +130,7 @@ TEST(GnssMessage, SaysWhatItLacksOfEpochs) {
       {"consistent", [](const M& m) -> test::ReportedValue { return m.fix().consistent() ? 1.0 : 0.0; }},
       {"faults",
        [](const M& m) -> test::ReportedValue {
-         return output::fault_names({m.faults().begin(), m.faults().end()});
+         return encoding::fault_names({m.faults().begin(), m.faults().end()});
        }},
       {"clock_bias_s", [](const M& m) -> test::ReportedValue { return m.clock_bias_s(); }},
       {"clock_drift", [](const M& m) -> test::ReportedValue { return m.clock_drift(); }},
@@ -172,7 +172,7 @@ TEST(GnssMessage, SaysWhatItLacksOfEpochs) {
                                           positioning::FixKind::Fixed, true);
   M message;
   fill_gnss_message(sample_identity(), sample.report, message);
-  test::expect_carried(output::TableKind::Epochs, sample.step.epoch, message, carried, lacks);
+  test::expect_carried(encoding::TableKind::Epochs, sample.step.epoch, message, carried, lacks);
 }
 
 // Week and second of the week are in the enclosing message, residuals in the fix.
@@ -205,7 +205,7 @@ TEST(GnssMessage, SaysWhatItLacksOfSatellites) {
   const SampleReport sample;
   msgs::GnssReceiver message;
   fill_gnss_message(sample_identity(), sample.report, message);
-  test::expect_carried(output::TableKind::Satellites, sample.step.epoch, message.satellites(0), carried,
+  test::expect_carried(encoding::TableKind::Satellites, sample.step.epoch, message.satellites(0), carried,
                        lacks);
 }
 
@@ -245,7 +245,7 @@ TEST(GnssMessage, SaysWhatItLacksOfPaths) {
     if (s.id() == "G17") break;
     before += static_cast<std::size_t>(s.paths_size());
   }
-  test::expect_carried(output::TableKind::Paths, sample.step.epoch, satellite(message, "G17").paths(0),
+  test::expect_carried(encoding::TableKind::Paths, sample.step.epoch, satellite(message, "G17").paths(0),
                        carried, lacks, 1e-12, before);
 }
 

@@ -69,8 +69,8 @@ inline std::unique_ptr<PoseReceiver> make_receiver(const NodeSettings& settings,
 class Base {
  public:
   explicit Base(const Parameters& more = {}) : receiver_(make_receiver(with(more), "/base")) {
-    const auto described = output::describe_receivers(receiver_->receiver(), 1);
-    encoder_ = output::format_named("rtcm").make(described.front());
+    const auto described = encoding::describe_receivers(receiver_->receiver(), 1);
+    encoder_ = encoding::format_named("rtcm").make(described.front());
   }
   /// The messages of its epoch at `now_ns`.
   [[nodiscard]] std::string bytes(std::int64_t now_ns) {
@@ -87,7 +87,7 @@ class Base {
   }
 
   std::unique_ptr<PoseReceiver> receiver_;
-  std::unique_ptr<output::Encoder> encoder_;
+  std::unique_ptr<encoding::Encoder> encoder_;
 };
 
 }  // namespace canyon::adapters::ros2::test

@@ -57,7 +57,7 @@ class DriveSink final : public simulation::EpochSink {
                           geodesy::degrees(epoch.truth.position.latitude_rad),
                           geodesy::degrees(epoch.truth.position.longitude_rad), epoch.truth.position.height_m,
                           v.x(), v.y(), v.z(),
-                          output::wrapped_azimuth_deg(geodesy::kPi / 2 - epoch.truth.yaw_rad, 4));
+                          encoding::wrapped_azimuth_deg(geodesy::kPi / 2 - epoch.truth.yaw_rad, 4));
     write_fix(t, epoch.observed.fix);
     write_single(t, epoch.observed.single_epoch);
     follow_events(t, epoch);
@@ -106,17 +106,17 @@ class DriveSink final : public simulation::EpochSink {
                           geodesy::degrees(fix.position.longitude_rad), fix.position.height_m);
     const double none = std::numeric_limits<double>::quiet_NaN();
     const Eigen::Vector3d v = fix.velocity_enu_mps.value_or(Eigen::Vector3d::Constant(none));
-    for (const double each : v) fixes_ += "," + output::fixed(each, 4);
+    for (const double each : v) fixes_ += "," + encoding::fixed(each, 4);
     const bool reported = !fix.covariance_enu.isZero(0);
     const auto covariance = [&](const Eigen::Matrix3d& c, bool known, int decimals) {
       for (int i = 0; i < 3; ++i)
-        for (int j = i; j < 3; ++j) fixes_ += "," + (known ? output::fixed(c(i, j), decimals) : "");
+        for (int j = i; j < 3; ++j) fixes_ += "," + (known ? encoding::fixed(c(i, j), decimals) : "");
     };
     covariance(fix.covariance_enu, reported, 6);
     covariance(fix.velocity_covariance_enu.value_or(Eigen::Matrix3d::Zero()),
                reported && fix.velocity_covariance_enu.has_value(), 8);
-    fixes_ += fmt::format(",{},{},{}\n", fix.used.size(), fix.dop ? output::fixed(fix.dop->hdop, 2) : "",
-                          fix.dop ? output::fixed(fix.dop->pdop, 2) : "");
+    fixes_ += fmt::format(",{},{},{}\n", fix.used.size(), fix.dop ? encoding::fixed(fix.dop->hdop, 2) : "",
+                          fix.dop ? encoding::fixed(fix.dop->pdop, 2) : "");
   }
 
   /// The baseline: the position of each epoch alone, as an estimate.
@@ -126,14 +126,14 @@ class DriveSink final : public simulation::EpochSink {
                            geodesy::degrees(fix.position.longitude_rad), fix.position.height_m);
     const Eigen::Matrix3d& c = fix.covariance_enu;
     for (const double each : {c(0, 0), c(0, 1), c(1, 1)})
-      single_ += "," + (c.isZero(0) ? "" : output::fixed(each, 6));
+      single_ += "," + (c.isZero(0) ? "" : encoding::fixed(each, 6));
     single_ += '\n';
   }
 
   /// An event is the interval of a fault, or of errors above 5 m without a fault.
   void follow_events(double t, const simulation::Epoch& epoch) {
     const bool off = epoch.error_enu_m.head<2>().norm() > kLasting_m;
-    std::string kind = output::fault_names(epoch.faults), inputs = inputs_of(epoch.faults);
+    std::string kind = encoding::fault_names(epoch.faults), inputs = inputs_of(epoch.faults);
     for (const auto& [name, input] : sensor_faults(t)) {
       kind += (kind.empty() ? "" : "; ") + name;
       inputs += (inputs.empty() ? "" : " ") + input;
@@ -182,25 +182,25 @@ class DriveSink final : public simulation::EpochSink {
                                        ? Eigen::Vector3d(event_.bias / event_.fixes)
                                        : Eigen::Vector3d::Constant(std::nan(""));
       events_ += fmt::format("{:.3f},{:.3f},{},{},{},{},{},{}\n", event_.start_s, event_.end_s, event_.kind,
-                             output::fixed(bias.x(), 3), output::fixed(bias.y(), 3),
-                             output::fixed(bias.z(), 3), fmt::join(event_.nlos, " "), event_.inputs);
+                             encoding::fixed(bias.x(), 3), encoding::fixed(bias.y(), 3),
+                             encoding::fixed(bias.z(), 3), fmt::join(event_.nlos, " "), event_.inputs);
     }
     event_ = {};
   }
 
   /// Samples of a sensor as a table; empty if lost.
   void write_sensor(const std::string& sensor, const std::vector<std::string>& names, std::string text) {
-    std::vector<const output::SensorArray*> columns;
-    for (const output::SensorArray& array : sensors_.arrays()) {
+    std::vector<const encoding::SensorArray*> columns;
+    for (const encoding::SensorArray& array : sensors_.arrays()) {
       const bool wanted = array.name == "time_s" || std::count(names.begin(), names.end(), array.name) > 0;
       if (array.sensor == sensor && wanted) columns.push_back(&array);
     }
     if (columns.empty()) return;
     for (std::size_t row = 0; row < columns[0]->values.size(); ++row) {
-      for (const output::SensorArray* array : columns)
+      for (const encoding::SensorArray* array : columns)
         for (std::size_t k = 0; k < array->columns; ++k)
           text +=
-              (array == columns[0] ? "" : ",") + output::fixed(array->values[row * array->columns + k], 6);
+              (array == columns[0] ? "" : ",") + encoding::fixed(array->values[row * array->columns + k], 6);
       text += '\n';
     }
     write_file(folder_ / (sensor + ".csv"), text);
@@ -208,7 +208,7 @@ class DriveSink final : public simulation::EpochSink {
 
   const simulation::Simulation& simulation_;
   std::filesystem::path folder_;
-  output::SensorArrays sensors_;
+  encoding::SensorArrays sensors_;
   std::string truth_, fixes_, single_, events_;
   Event event_;
 };

@@ -264,8 +264,7 @@ FileReport inspect_rtcm(const std::filesystem::path& path) {
   if (satellites.empty()) rtcm::require_epochs(path, file);
   FileReport report{"RTCM 3", {}, {}, {"canyon rtk ROVER FILE --nav NAVIGATION"}};
   for (const auto& epoch : file.epochs)
-    for (const relative::SignalMeasurement& seen : epoch->observations)
-      satellites.insert(seen.measurement.id);
+    for (const rtk::SignalMeasurement& seen : epoch->observations) satellites.insert(seen.measurement.id);
   std::vector<std::string> messages;
   for (const auto& [number, count] : file.status.messages)
     messages.push_back(fmt::format("{} ({})", number, count));

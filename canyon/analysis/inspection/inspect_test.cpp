@@ -100,9 +100,9 @@ TEST_F(Inspect, PreciseOrbits) {
 
 TEST_F(Inspect, Corrections) {
   const simulation::Epoch epoch = test::sample_signal_epoch(test::sample_time(), test::sample_time() - 9);
-  output::ReceiverDescription base{.name = "base", .begin = test::sample_time()};
+  encoding::ReceiverDescription base{.name = "base", .begin = test::sample_time()};
   base.station_ecef = epoch.truth_ecef;
-  const std::string stream = output::format_named("rtcm").make(base)->encode(epoch);
+  const std::string stream = encoding::format_named("rtcm").make(base)->encode(epoch);
   const FileReport seen = report("base.log", "noise" + stream);
   EXPECT_EQ(seen.kind, "RTCM 3");
   EXPECT_EQ(value(seen, "epochs"), "1 (the file has no date)");

@@ -139,7 +139,7 @@ const std::vector<Compared>& compared_metrics() {
     for (const char* name :
          {"horizontal_error_p50", "horizontal_error_p95", "vertical_error_p95", "satellites_used"}) {
       const std::size_t index = metric(name);
-      list.push_back({name, output::cf_unit(metrics()[index]->unit), 1, index});
+      list.push_back({name, encoding::cf_unit(metrics()[index]->unit), 1, index});
     }
     return list;
   }();

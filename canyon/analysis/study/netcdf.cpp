@@ -116,9 +116,9 @@ class Writer {
     std::string coordinates = "seed_of_run";
     for (const Manifest::Coordinate& axis : manifest_.axes) coordinates += " " + axis.name;
     const std::size_t block = std::min(kBlock, runs);
-    for (const output::SummaryMetric* metric : metrics()) {
+    for (const encoding::SummaryMetric* metric : metrics()) {
       metrics_.push_back(define(metric->kept, NC_DOUBLE, {run_dim_, receiver_dim_},
-                                output::cf_unit(metric->unit), metric->help));
+                                encoding::cf_unit(metric->unit), metric->help));
       file_.put_number(metrics_.back(), "_FillValue", kMissing);
       file_.put_text(metrics_.back(), "coordinates", coordinates);
       store(metrics_.back(), {block, receivers}, block * receivers * 8);
@@ -148,7 +148,7 @@ class Writer {
         kept_.push_back(variable);
       };
       define_kept("time_of_epoch", "s", "since the run's first epoch");
-      for (const output::Column* column : stored_columns())
+      for (const encoding::Column* column : stored_columns())
         define_kept(column->kept, column->cf_unit(), column->help);
       define_kept("way_of_epoch", "m", "that the antenna has gone since the run's first epoch");
     }

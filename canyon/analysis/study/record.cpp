@@ -50,8 +50,8 @@ void dense(const Json& list, std::array<std::uint32_t, N>& counts) {
 
 }  // namespace
 
-std::span<const output::SummaryMetric* const> metrics() {
-  static const auto kept = kept_of(output::summary_metrics());
+std::span<const encoding::SummaryMetric* const> metrics() {
+  static const auto kept = kept_of(encoding::summary_metrics());
   return kept;
 }
 
@@ -59,8 +59,8 @@ std::size_t metric(std::string_view name) {
   return position_of(metrics(), name);
 }
 
-std::span<const output::Column* const> stored_columns() {
-  static const auto kept = kept_of(output::table(output::TableKind::Epochs).columns);
+std::span<const encoding::Column* const> stored_columns() {
+  static const auto kept = kept_of(encoding::table(encoding::TableKind::Epochs).columns);
   return kept;
 }
 
@@ -155,7 +155,7 @@ void RecordSink::write(const simulation::Epoch& epoch) {
   if (!first_) first_ = time;
   const auto hour = static_cast<std::size_t>(geodesy::utc_from_gps(epoch.truth.time).hour) % 24;
   const bool solved = epoch.observed.fix.solved();
-  const double error_m = solved ? output::horizontal_m(epoch.error_enu_m) : 0;
+  const double error_m = solved ? encoding::horizontal_m(epoch.error_enu_m) : 0;
   ++record.epochs[hour];
   if (solved) {
     ++record.errors[error_bin(error_m)];
@@ -165,7 +165,7 @@ void RecordSink::write(const simulation::Epoch& epoch) {
   const auto columns = stored_columns();
   record.kept.columns.resize(columns.size());
   for (std::size_t k = 0; k < columns.size(); ++k)
-    record.kept.columns[k].push_back(static_cast<float>(columns[k]->value(output::Row{epoch})));
+    record.kept.columns[k].push_back(static_cast<float>(columns[k]->value(encoding::Row{epoch})));
   record.kept.time_s.push_back(time - *first_);
   DistanceCounter& route = distances_.at(epoch.receiver);
   if (route.last_ecef) route.gone_m += (epoch.truth_ecef - *route.last_ecef).norm();
@@ -174,7 +174,7 @@ void RecordSink::write(const simulation::Epoch& epoch) {
 }
 
 std::vector<ReceiverRecord> RecordSink::take() {
-  const std::vector<output::RunSummary> summaries = summary_.summaries();
+  const std::vector<encoding::RunSummary> summaries = summary_.summaries();
   for (std::size_t i = 0; i < records_.size(); ++i)
     for (const auto* metric : metrics()) records_[i].metrics.push_back(metric->value(summaries[i]));
   return std::move(records_);

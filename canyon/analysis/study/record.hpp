@@ -13,8 +13,8 @@
 
 namespace canyon::study {
 
-/// The rows of output::summary_metrics() that studies store, in the order of records and files.
-[[nodiscard]] std::span<const output::SummaryMetric* const> metrics();
+/// The rows of encoding::summary_metrics() that studies store, in the order of records and files.
+[[nodiscard]] std::span<const encoding::SummaryMetric* const> metrics();
 /// The index of a metric in that list by SummaryMetric::kept. Precondition: it is in the list.
 [[nodiscard]] std::size_t metric(std::string_view name);
 
@@ -27,7 +27,7 @@ inline constexpr double kBinsPerDecade = 20, kMinError_m = 1e-3;
 [[nodiscard]] double error_edge_m(std::size_t bin);
 
 /// The columns of epochs that studies store (Column::kept).
-[[nodiscard]] std::span<const output::Column* const> stored_columns();
+[[nodiscard]] std::span<const encoding::Column* const> stored_columns();
 /// The index of a column in that list by Column::kept. Precondition: it is in the list.
 [[nodiscard]] std::size_t kept_column(std::string_view name);
 
@@ -77,7 +77,7 @@ class RecordSink final : public simulation::EpochSink {
   [[nodiscard]] std::vector<ReceiverRecord> take();
 
  private:
-  output::SummarySink summary_;
+  encoding::SummarySink summary_;
   std::vector<ReceiverRecord> records_;
   std::optional<double> available_m_;
   bool keep_;

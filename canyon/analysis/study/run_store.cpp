@@ -100,7 +100,7 @@ bool get_all(std::string_view& bytes, std::vector<T>& values, std::size_t count)
 /// Checksum of the names of stored columns: other versions of Canyon store other columns.
 std::uint32_t kept_names_crc() {
   std::string names;
-  for (const output::Column* column : stored_columns()) names.append(column->kept) += '\n';
+  for (const encoding::Column* column : stored_columns()) names.append(column->kept) += '\n';
   return crc_of(names);
 }
 

@@ -84,7 +84,7 @@ TEST(StudyRuns, HaveTheFiguresOfASimulation) {
   const simulation::Scenario scenario =
       simulation::parse_scenario(simulation::scenario_yaml(maker.scenario(3)), "run.yaml");
   const simulation::Simulation simulation(scenario, simulation::load_city(scenario));
-  output::SummarySink sink({"car", "plain"});
+  encoding::SummarySink sink({"car", "plain"});
   (void)simulation.run({&sink});
   const auto summaries = sink.summaries();
   for (std::size_t r = 0; r < 2; ++r) {
@@ -167,7 +167,7 @@ TEST(StudyDrives, OfTheExampleAreAmongHouses) {
   for (std::size_t drive = 0; drive < 20; ++drive) {
     simulation::Scenario scenario = maker.scenario(4 * drive);
     scenario.receivers.resize(1);
-    output::SummarySink sink({"module"});
+    encoding::SummarySink sink({"module"});
     (void)simulation::Simulation(scenario, simulation::load_city(scenario)).run({&sink});
     const double fraction = sink.summaries().front().nlos_fraction;
     among += fraction > 0.25 ? 1 : 0;

@@ -84,7 +84,7 @@ class ComparisonView {
         validation::interval_of(std::span(comparison_.epochs).subspan(input_.first, input_.count));
     header_.paths_per_satellite = kPathsKept;
     header_.satellites.assign(ids_.begin(), ids_.end());
-    const auto words = std::make_shared<output::ViewWords>();
+    const auto words = std::make_shared<encoding::ViewWords>();
     for (const Side side : validation::kSides) add_receiver(side, words);
     header_.words = *words;
     write_header(header_, folder_);
@@ -108,7 +108,7 @@ class ComparisonView {
     return (epoch(after).position_enu_m - epoch(before).position_enu_m) / step_s;
   }
 
-  void add_receiver(Side side, const std::shared_ptr<output::ViewWords>& words) {
+  void add_receiver(Side side, const std::shared_ptr<encoding::ViewWords>& words) {
     ReceiverHeader& receiver = header_.receivers.emplace_back();
     receiver.name = side == Side::Measured ? "recorded" : "simulated";
     receiver.strength = std::any_of(comparison_.satellites.begin(), comparison_.satellites.end(),
@@ -118,7 +118,7 @@ class ComparisonView {
     options.paths_per_satellite = kPathsKept;
     Recorder recorder(folder_, static_cast<std::size_t>(side), options, {}, input_.environment->scene(),
                       words);
-    output::SummarySink summary(std::vector<std::string>(1));
+    encoding::SummarySink summary(std::vector<std::string>(1));
     double yaw_rad = 0;
     for (std::size_t i = 0; i < input_.count; ++i) {
       const simulation::Epoch row = add_epoch(side, i, recorder, yaw_rad);
@@ -146,7 +146,7 @@ class ComparisonView {
     seen.visible = static_cast<int>(
         std::count_if(list.begin(), list.end(), [&](const auto& s) { return s.of(side).tracked; }));
     seen.blocked = static_cast<int>(list.size()) - seen.visible;
-    output::EpochRows::ShownRow shown{time_s(i), recorder.skyline(e.position_enu_m), e.position_enu_m};
+    encoding::EpochRows::ShownRow shown{time_s(i), recorder.skyline(e.position_enu_m), e.position_enu_m};
     add_satellites(side, i, recorder.rows(), seen);
     if (fix.solved) {
       seen.fix.status = positioning::FixStatus::Fix;
@@ -158,18 +158,18 @@ class ComparisonView {
     return row;
   }
 
-  void add_satellites(Side side, std::size_t i, output::EpochRows& rows,
+  void add_satellites(Side side, std::size_t i, encoding::EpochRows& rows,
                       const receiver::ReceiverEpoch& seen) const {
     const simulation::Epoch epoch;  // without satellites
     const propagation::Path direct;
     const auto list = satellites(i);
     for (std::size_t k = 0; k < list.size(); ++k) {
       const ComparedSatellite& s = list[k];
-      const output::Row row{epoch, &seen.satellites[k], &seen.satellites[k], &direct};
+      const encoding::Row row{epoch, &seen.satellites[k], &seen.satellites[k], &direct};
       if (s.clear) rows.add_path(row);
       rows.add_satellite(row, i, static_cast<std::size_t>(std::distance(ids_.begin(), ids_.find(s.id))),
-                         output::kAboveMask | (s.used.of(side) ? output::kUsed : 0) |
-                             (s.of(side).tracked ? output::kMeasured : 0),
+                         encoding::kAboveMask | (s.used.of(side) ? encoding::kUsed : 0) |
+                             (s.of(side).tracked ? encoding::kMeasured : 0),
                          s.clear ? 1 : 0);
     }
   }
@@ -184,7 +184,7 @@ class ComparisonView {
 
   /// Adds the differences of both, and the streets.
   void extend() const {
-    output::ViewRows rows(output::kViewComparison);
+    encoding::ViewRows rows(encoding::kViewComparison);
     for (std::size_t i = 0; i < input_.count; ++i) {
       MeanSquare recorded, simulated, difference;
       for (const ComparedSatellite& s : satellites(i)) {
@@ -208,7 +208,7 @@ class ComparisonView {
                          {"heading_deg", s.heading_deg}});
     }
     const char* file = "comparison.bin.gz";
-    const std::size_t bytes = output::write_chunk(folder_, file, {&rows});
+    const std::size_t bytes = encoding::write_chunk(folder_, file, {&rows});
     extend_header(folder_, kKey, {{"recorded", 0}, {"simulated", 1}, {"streets", std::move(streets)}},
                   Json::array({{{"file", file}, {"kind", "comparison"}, {"bytes", bytes}}}));
   }

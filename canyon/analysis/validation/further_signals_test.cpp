@@ -288,8 +288,8 @@ receivers: [{name: rover, profile: ideal, elevation_mask_deg: 10, ionosphere: tr
 )",
                                         nav.parent_path());
   test::Recorder recorder;
-  const auto file = output::open_file("rinex_observation", folder / "rover.obs", 0,
-                                      output::describe_receiver(simulation, 0));
+  const auto file = encoding::open_file("rinex_observation", folder / "rover.obs", 0,
+                                        encoding::describe_receiver(simulation, 0));
   simulation.run({&recorder, file.get()});
   rinex::ObservationOptions wanted;
   wanted.all_signals = true;

@@ -176,7 +176,7 @@ Json json_of(const ModelMetrics& f) {
 }
 
 std::string shown(const std::optional<double>& value, int decimals) {
-  const std::string text = value ? output::fixed(*value, decimals) : "";
+  const std::string text = value ? encoding::fixed(*value, decimals) : "";
   return text.empty() ? kNone : text;
 }
 std::string percentage_of(std::size_t part, std::size_t all) {

@@ -132,10 +132,10 @@ PseudorangeResiduals pseudorange_residuals(std::span<const rinex::ObservationEpo
         double ionosphere = 0, troposphere = 0;
         if (options.ionosphere) {
           ionosphere =
-              errors::klobuchar_delay_m(errors::klobuchar_of(klobuchar, o.id.system), recorded.receiver_time,
-                                        epoch.antenna, o.azimuth_rad, o.elevation_rad, carrier_hz);
+              sky::klobuchar_delay_m(sky::klobuchar_of(klobuchar, o.id.system), recorded.receiver_time,
+                                     epoch.antenna, o.azimuth_rad, o.elevation_rad, carrier_hz);
         }
-        if (options.troposphere) troposphere = errors::saastamoinen_delay_m(epoch.antenna, o.elevation_rad);
+        if (options.troposphere) troposphere = sky::saastamoinen_delay_m(epoch.antenna, o.elevation_rad);
         const double clock_m = kSpeedOfLight * s.clock_s();
         // Ranges first: they are nearly equal, so their difference keeps its digits.
         o.residual_m = (o.pseudorange_m - range) + clock_m - (ionosphere + troposphere);

@@ -76,8 +76,8 @@ struct PseudorangeResiduals {
 };
 
 struct ResidualOptions {
-  bool ionosphere = true;   ///< corrects by the broadcast model (errors::klobuchar_delay_m)
-  bool troposphere = true;  ///< corrects by errors::saastamoinen_delay_m
+  bool ionosphere = true;   ///< corrects by the broadcast model (sky::klobuchar_delay_m)
+  bool troposphere = true;  ///< corrects by sky::saastamoinen_delay_m
   /// The antenna's phase centre relative to the point of the truth: forward, left, up [m], by the truth's
   /// yaw. The third includes a RINEX antenna height over a mark.
   Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();

@@ -97,7 +97,7 @@ TEST(PseudorangeErrorsAndRtklib, ResidualsOfTheRecordedDrive) {
       const double residual = raw.range[0] - range +
                               kSpeedOfLight * (clock[0] - group_delay(*navigation, satellite, raw.time)) -
                               ratio * ratio * ionmodel(raw.time, alpha_beta, position, azel) -
-                              errors::slant_delay_m(tropmodel(raw.time, position, zenith, 0.7), azel[1]);
+                              sky::slant_delay_m(tropmodel(raw.time, position, zenith, 0.7), azel[1]);
       double& worst = largest[o.id.system];
       worst = std::max(worst, std::abs(o.residual_m - residual));
       largest_angle = std::max({largest_angle, std::abs(o.elevation_rad - azel[1]),

@@ -65,9 +65,9 @@ struct Recorder {
       if (!line || line->elevation_rad < radians(5)) continue;
       double range = line->range_m;
       range += kSpeedOfLight * (clock_s - (line->state.clock_bias_s - line->state.group_delay_s));
-      range += errors::klobuchar_delay_m(kModel, reception, point, line->azimuth_rad, line->elevation_rad,
-                                         line->state.carrier_frequency_hz);
-      range += errors::saastamoinen_delay_m(point, line->elevation_rad);
+      range += sky::klobuchar_delay_m(kModel, reception, point, line->azimuth_rad, line->elevation_rad,
+                                      line->state.carrier_frequency_hz);
+      range += sky::saastamoinen_delay_m(point, line->elevation_rad);
       const auto bias = bias_m.find(id.system);
       if (bias != bias_m.end()) range += bias->second;
       rinex::ObservedSignal signal;

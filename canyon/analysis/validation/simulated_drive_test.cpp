@@ -31,7 +31,7 @@ TEST(SimulatedDrive, ErrorsComeBackThroughRinex) {
   test::Recorder recorder;
   const auto path = folder / "car.obs";
   const auto rinex =
-      output::open_file("rinex_observation", path, 0, output::describe_receiver(simulation, 0));
+      encoding::open_file("rinex_observation", path, 0, encoding::describe_receiver(simulation, 0));
   simulation.run({&recorder, rinex.get()});
 
   using Key = std::pair<geodesy::GpsTime, gnss::SatelliteId>;

@@ -16,7 +16,7 @@
 #include "canyon/receiver/positioning/least_squares.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 using geodesy::degrees;
@@ -672,7 +672,7 @@ std::string Column::cf_unit() const {
   if (kind == Kind::Word || kind == Kind::Text) return {};
   if (std::string_view(standard_name) == "latitude") return "degrees_north";
   if (std::string_view(standard_name) == "longitude") return "degrees_east";
-  return output::cf_unit(unit);
+  return encoding::cf_unit(unit);
 }
 
 std::string markdown(const Table& table) {
@@ -720,4 +720,4 @@ void TableRows::each(const simulation::Epoch& epoch, void* to, RowHandler take) 
   }
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -15,7 +15,7 @@
 // the CSV files, the tables of Python and xarray, a study's stored epochs and their NetCDF, the viewer's
 // tables, and the tables in docs/; docs/extending.md says how to add a column.
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 /// The data of a table's row. Members that the table does not use are null.
 struct Row {
@@ -88,7 +88,7 @@ struct Column {
   /// The value of a Number, Integer or Word (its index) in units, of Seconds in seconds; NaN: no value, and
   /// of Text.
   [[nodiscard]] double value(const Row& row) const;
-  /// output::cf_unit() of the unit; CF's own for latitude and longitude; empty for words and texts.
+  /// encoding::cf_unit() of the unit; CF's own for latitude and longitude; empty for words and texts.
   [[nodiscard]] std::string cf_unit() const;
 };
 
@@ -130,4 +130,4 @@ class TableRows {
   PhaseArcs arcs_;
 };
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

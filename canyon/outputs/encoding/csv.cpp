@@ -6,7 +6,7 @@
 #include "canyon/outputs/encoding/encoder.hpp"
 #include "canyon/outputs/encoding/number.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 /// A cell of any text (RFC 4180).
@@ -23,7 +23,7 @@ void append_quoted(std::string& line, std::string_view text) {
   line += '"';
 }
 
-/// One of output::tables(). A cell without a value is empty.
+/// One of encoding::tables(). A cell without a value is empty.
 class Csv final : public Encoder {
  public:
   Csv(TableKind kind, const ReceiverDescription& receiver) : rows_(kind, receiver.signal) {
@@ -94,4 +94,4 @@ std::unique_ptr<Encoder> encode_paths_csv(const ReceiverDescription& receiver) {
   return std::make_unique<Csv>(TableKind::Paths, receiver);
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -16,7 +16,7 @@
 #include "tests/support/sample_signals.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 using Record = std::map<std::string, std::string>;
@@ -427,4 +427,4 @@ TEST(Documentation, AgreedColumnsComeFirst) {
 }
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -7,7 +7,7 @@
 #include "canyon/simulation/receiver_runner.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 #define CANYON_FORMAT(name, file, live, wanted, help) Format{#name, file, live, help, encode_##name},
 #define CANYON_STREAM_FORMAT(name, file) CANYON_FORMAT(name, file, true, false, "")
@@ -84,4 +84,4 @@ ReceiverDescription describe_receiver(const simulation::Simulation& simulation, 
   return description;
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

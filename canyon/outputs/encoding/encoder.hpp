@@ -25,7 +25,7 @@ namespace canyon::simulation {
 class ReceiverRunner;
 }
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 /// Properties of a file's or stream's receiver that its epochs do not have.
 struct ReceiverDescription {
@@ -103,9 +103,7 @@ class Encoder {
   /// The rate that the other end requested since the last call, to be used after the response [baud].
   [[nodiscard]] std::optional<int> take_baud() { return std::exchange(baud_, {}); }
   /// Epochs of a base that the other end sent as RTCM 3 since the last call.
-  [[nodiscard]] virtual std::vector<std::shared_ptr<const relative::Corrections>> take_corrections() {
-    return {};
-  }
+  [[nodiscard]] virtual std::vector<std::shared_ptr<const rtk::Corrections>> take_corrections() { return {}; }
   /// The restart that the other end requested since the last call. The caller restarts the receiver.
   [[nodiscard]] std::optional<disturbance::RestartKind> take_restart() { return std::exchange(restart_, {}); }
 
@@ -145,4 +143,4 @@ struct Format {
 #define CANYON_RUN_OUTPUT(name, wanted, help)
 #include "canyon/simulation/scenario/outputs.def"
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -10,7 +10,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/outputs/encoding/epoch_values.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 /// Rounds to a binary fraction: invisible digits would double the size of files.
@@ -115,4 +115,4 @@ std::size_t EpochRows::add_paths(Row row, const propagation::SatelliteView& view
   return kept.size();
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -12,7 +12,7 @@
 #include "canyon/receiver/tracking/signal_options.hpp"
 #include "canyon/simulation/epoch.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 /// Epochs of one receiver as rows of "canyon view 1" (docs/view-format.md).
 class EpochRows {
@@ -63,4 +63,4 @@ class EpochRows {
   std::shared_ptr<ViewWords> words_;
 };
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

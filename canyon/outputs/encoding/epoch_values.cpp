@@ -8,7 +8,7 @@
 #include "canyon/paths/signal/path_strength.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 std::string_view no_fix_reason(const positioning::Fix& fix, raytrace::Containment containment) {
   if (fix.status == positioning::FixStatus::NoSignal && containment == raytrace::Containment::Unknown)
@@ -68,4 +68,4 @@ std::complex<double> first_signal_amplitude(const receiver::SatelliteObservation
   return signal::path_amplitude(path, view.line.elevation_rad, carrier_hz, signal.antenna, signal.strength);
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -14,7 +14,7 @@
 #include "canyon/receiver/tracking/signal_options.hpp"
 #include "canyon/simulation/epoch.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 /// "free", "inside building", "under terrain".
 [[nodiscard]] std::string_view containment_word(raytrace::Containment containment);
@@ -87,4 +87,4 @@ void for_each_view(const receiver::ReceiverEpoch& observed, const propagation::A
   }
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

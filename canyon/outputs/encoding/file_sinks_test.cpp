@@ -16,7 +16,7 @@
 #include "tests/support/sample_epochs.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 using Strings = std::vector<std::string>;
@@ -259,4 +259,4 @@ TEST(FileSinks, UnwritableFolderIsAnInputError) {
 }
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::encoding

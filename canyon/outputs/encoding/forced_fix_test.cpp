@@ -10,7 +10,7 @@
 #include "canyon/simulation/simulator.hpp"
 #include "tests/support/ubx_device.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 /// Its last epoch.
@@ -64,4 +64,4 @@ TEST(ForcedFix, HasItsCodeInEveryFormat) {
 }
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -15,7 +15,7 @@
 #include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 /// Lines of numbers after `header_lines`.
@@ -199,4 +199,4 @@ TEST_F(InertialFilesTest, FieldsAreTheEarths) {
 }
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -16,7 +16,7 @@
 #include "canyon/receiver/positioning/fix_codes.hpp"
 #include "canyon/simulation/inertial/imu_options.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 using geodesy::degrees;
@@ -354,4 +354,4 @@ std::unique_ptr<Encoder> encode_gps_rtcm_data(const ReceiverDescription& receive
   });
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

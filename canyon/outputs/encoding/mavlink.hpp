@@ -7,7 +7,7 @@
 #include "canyon/simulation/epoch.hpp"
 #include "canyon/simulation/sensor_run.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 // Messages to autopilots and ground stations about one epoch. Without a fix the type is 1 (no fix), and
 // latitude and longitude, which are mandatory in MAVLink, are 0. The yaw is the heading_deg() of two
@@ -48,4 +48,4 @@ namespace canyon::output {
 /// UTC since 1970 without leap seconds [us].
 [[nodiscard]] mavlink::SystemTime system_time(const simulation::Epoch& epoch, geodesy::GpsTime begin);
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -10,7 +10,7 @@
 #include "tests/support/rtcm_parts.hpp"
 #include "tests/support/sample_signals.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 std::string hex(const std::string& bytes) {
@@ -372,4 +372,4 @@ TEST(Mavlink, AnotherDecoderReadsTheStreams) {
 }
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::encoding

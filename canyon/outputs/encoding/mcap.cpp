@@ -11,7 +11,7 @@
 #include "canyon/outputs/encoding/encoder.hpp"
 #include "canyon/simulation/sensor_run.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 using Nanoseconds = std::uint64_t;
@@ -375,4 +375,4 @@ std::unique_ptr<Encoder> encode_mcap(const ReceiverDescription& receiver) {
   return std::make_unique<McapEncoder>(receiver);
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

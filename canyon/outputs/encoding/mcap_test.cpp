@@ -12,7 +12,7 @@
 #include "canyon/simulation/sensor_run.hpp"
 #include "tests/support/sample_epochs.hpp"
 
-namespace canyon::output::mcap_test {
+namespace canyon::encoding::mcap_test {
 namespace {
 
 /// A file of one epoch with a sample of each wheel: 9.7 and 10.3 m/s.
@@ -100,4 +100,4 @@ TEST(Mcap, OnlyTheVehicleHasSensors) {
 }
 
 }  // namespace
-}  // namespace canyon::output::mcap_test
+}  // namespace canyon::encoding::mcap_test

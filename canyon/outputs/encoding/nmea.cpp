@@ -18,7 +18,7 @@
 // NMEA 0183 v4.11. The standard is not free; sentences, talkers, system and signal identifiers are as in
 // u-blox F9 HPG 1.32 Interface Description (UBX-22008968), chapter 2, and gpsd's "NMEA Revealed".
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 using geodesy::degrees;
@@ -264,4 +264,4 @@ std::unique_ptr<Encoder> encode_nmea(const ReceiverDescription&) {
   return std::make_unique<Nmea>();
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -6,7 +6,7 @@
 
 #include "canyon/simulation/epoch.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 /// The complete NMEA 0183 sentence of `body` ("GPGGA,..."): "$", body, "*", checksum (XOR of the body's
 /// bytes, two capital hexadecimal digits), CR LF.
@@ -23,4 +23,4 @@ namespace canyon::output {
 /// RMC, GGA, GSA (one for each system and each 12 of its satellites), GST, GSV of one epoch.
 [[nodiscard]] std::string nmea_epoch(const simulation::Epoch& epoch);
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

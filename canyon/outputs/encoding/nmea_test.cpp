@@ -15,7 +15,7 @@
 #include "tests/support/sample_signals.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 using testing::ElementsAre;
@@ -400,4 +400,4 @@ TEST_F(GpsdDecode, ReadsEverySystemInView) {
 }
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -10,7 +10,7 @@
 #include <iterator>
 #include <optional>
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 /// `value` times 10^`decimals`, rounded to the nearest: exact if the product is far from the middle of two
@@ -72,4 +72,4 @@ std::string seconds_of_week(geodesy::GpsTime t, int min_decimals) {
   return text;
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

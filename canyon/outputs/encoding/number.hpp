@@ -4,7 +4,7 @@
 
 #include "canyon/base/geodesy/gps_time.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 /// `value` with `decimals` digits after the point, always in the C locale; "" if it is not finite (the files'
 /// mark for "not known"), never "-0.0".
@@ -16,4 +16,4 @@ void append_fixed(std::string& text, double value, int decimals);
 /// more if the instant needs them.
 [[nodiscard]] std::string seconds_of_week(geodesy::GpsTime t, int min_decimals = 3);
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

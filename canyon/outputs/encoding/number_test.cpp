@@ -14,7 +14,7 @@
 #include "canyon/outputs/encoding/epoch_values.hpp"
 #include "canyon/outputs/encoding/track.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 using geodesy::GpsTime;
@@ -78,4 +78,4 @@ TEST(Track, XmlEscapes) {
 }
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -12,7 +12,7 @@
 // records table A2, epochs table A3. For the signals of gnss::signals_of() they differ in the header
 // alone: 4.00 strongly deprecates SYS / PHASE SHIFT and GLONASS COD/PHS/BIS, which 3.04 requires.
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 /// "C1C", and so on: pseudorange and Doppler of each signal; with `strength` also carrier phase and strength.
@@ -208,4 +208,4 @@ std::unique_ptr<Encoder> encode_rinex4_observation(const ReceiverDescription& re
   return std::make_unique<RinexObservation>(receiver, Version::V400);
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -3,7 +3,7 @@
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/rtklib_observations.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 TEST(RinexObservationFile, IsReadByRtklibInEveryBand) {
@@ -26,4 +26,4 @@ receivers: [{name: rover, profile: survey,
 }
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::encoding

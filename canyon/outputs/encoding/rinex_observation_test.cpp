@@ -15,7 +15,7 @@
 #include "tests/support/sample_signals.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 ReceiverDescription sample_header() {
@@ -376,4 +376,4 @@ INSTANTIATE_TEST_SUITE_P(WithoutAndWithSignals, RinexObservationJudged, testing:
                          [](const auto& each) { return each.param ? "Signals" : "Pseudoranges"; });
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::encoding

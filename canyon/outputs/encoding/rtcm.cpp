@@ -11,7 +11,7 @@
 #include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
-namespace canyon::output::rtcm {
+namespace canyon::encoding::rtcm {
 
 using broadcast::Bits;
 using canyon::rtcm::kMillisecond_m;
@@ -439,9 +439,9 @@ std::vector<Bits> Ephemerides::due(const simulation::Epoch& epoch) {
   return messages;
 }
 
-}  // namespace canyon::output::rtcm
+}  // namespace canyon::encoding::rtcm
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 using broadcast::Bits;
 
@@ -539,4 +539,4 @@ std::unique_ptr<Encoder> encode_rtcm(const ReceiverDescription& receiver) {
   return std::make_unique<Rtcm>(receiver);
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

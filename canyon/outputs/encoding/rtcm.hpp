@@ -16,7 +16,7 @@
 // RTCM 10403.3, Differential GNSS Services, version 3. Signs, fields and tables are cited by DF number and
 // table number.
 
-namespace canyon::output::rtcm {
+namespace canyon::encoding::rtcm {
 
 using canyon::rtcm::frame;
 
@@ -81,4 +81,4 @@ class Ephemerides {
   std::map<Key, Sent> sent_;
 };
 
-}  // namespace canyon::output::rtcm
+}  // namespace canyon::encoding::rtcm

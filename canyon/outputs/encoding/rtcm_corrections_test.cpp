@@ -15,7 +15,7 @@
 #include "tests/support/sample_signals.hpp"
 #include "tests/support/ubx_device.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 TEST(RtcmCorrections, OwnStreamComesBackToItsResolution) {
@@ -119,7 +119,7 @@ TEST(RtcmCorrections, GoOutOverAUbxLine) {
                                                              {0x4003000b, 40012},
                                                              {0x2003000e, 34}})));
   canyon::rtcm::CorrectionsDecoder decoder;
-  std::shared_ptr<const relative::Corrections> last;
+  std::shared_ptr<const rtk::Corrections> last;
   for (int k = 4; k < 6; ++k) {
     for (auto& came :
          decoder.feed(base->encode(test::sample_signal_epoch(begin + k, begin - 100)), begin + k))
@@ -171,4 +171,4 @@ TEST(RtcmCorrections, ComeOverAUbxLine) {
 }
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::encoding

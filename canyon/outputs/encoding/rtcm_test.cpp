@@ -9,7 +9,7 @@
 #include "tests/support/sample_epochs.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 using broadcast::Bits;
@@ -190,4 +190,4 @@ TEST(Rtcm, RangesThatCannotBeToldAreLeftOut) {
 }
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -3,7 +3,7 @@
 #include "canyon/outputs/encoding/sbf/block.hpp"
 #include "canyon/outputs/encoding/sbf/commands.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 /// A Septentrio receiver at the other end of a line: its responses and the blocks of each epoch.
@@ -32,7 +32,7 @@ class SbfDevice final : public Encoder {
     note(commands, new_one);
     return answers;
   }
-  std::vector<std::shared_ptr<const relative::Corrections>> take_corrections() override {
+  std::vector<std::shared_ptr<const rtk::Corrections>> take_corrections() override {
     return epochs_.take_corrections();
   }
 
@@ -61,4 +61,4 @@ std::unique_ptr<Encoder> encode_sbf(const ReceiverDescription& receiver) {
   return std::make_unique<SbfDevice>(receiver);
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -12,7 +12,7 @@
 #include "canyon/base/payload.hpp"
 #include "canyon/outputs/encoding/number.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 using Eigen::Vector3d;
@@ -210,4 +210,4 @@ void NpzWriter::finish() {
   file_.write(list.bytes());
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

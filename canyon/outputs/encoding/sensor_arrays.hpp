@@ -10,7 +10,7 @@
 #include "canyon/simulation/inertial/sensor_options.hpp"
 #include "canyon/simulation/sensor_run.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 /// Values of a sensor, a row of `columns` for each sample.
 struct SensorArray {
@@ -63,4 +63,4 @@ class NpzWriter {
   std::vector<Member> members_;
 };
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -17,7 +17,7 @@
 #include "canyon/sky/rinex/navigation_reader.hpp"
 #include "canyon/sky/rinex/navigation_writer.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 using Eigen::Vector3d;
@@ -215,4 +215,4 @@ std::vector<std::unique_ptr<simulation::EpochSink>> make_file_sinks(const simula
   return sinks;
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

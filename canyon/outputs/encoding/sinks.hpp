@@ -8,7 +8,7 @@
 #include "canyon/outputs/encoding/summary.hpp"
 #include "canyon/simulation/simulator.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 /// Folder names for receivers: letters, digits, '.', '-' and '_' stay, anything else becomes '_'; "-2", "-3",
 /// ... is appended to equal names (ignoring case).
@@ -27,4 +27,4 @@ namespace canyon::output {
 [[nodiscard]] std::vector<std::unique_ptr<simulation::EpochSink>> make_file_sinks(
     const simulation::Simulation& simulation, const std::filesystem::path& folder);
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

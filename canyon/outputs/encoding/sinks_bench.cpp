@@ -7,7 +7,7 @@
 #include "tests/support/sample_epochs.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 using MakeSink = std::function<std::unique_ptr<simulation::EpochSink>(const std::filesystem::path&)>;
@@ -48,6 +48,6 @@ BENCHMARK_CAPTURE(write_epochs, geojson,
                   [](const auto& path) { return open_file("geojson", path, 0, {"rover"}); });
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::encoding
 
 BENCHMARK_MAIN();

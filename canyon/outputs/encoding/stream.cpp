@@ -18,7 +18,7 @@
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/sensor_run.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 transport::StreamDescription stream_description(const Format& format, const ReceiverDescription& receiver) {
@@ -340,4 +340,4 @@ std::optional<std::string> VirtualStations::encode(std::uint64_t reader, const s
   return rover->encoder->encode(*moved);
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -20,7 +20,7 @@
 #include "canyon/simulation/correction_links.hpp"
 #include "canyon/simulation/scenario/live_options.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 /// A virtual reference station for each reader of a stream, at the position reported in its GGA sentences.
 class VirtualStations {
@@ -163,4 +163,4 @@ class RealTimePacer final : public simulation::EpochSink {
   std::optional<Start> start_;
 };
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

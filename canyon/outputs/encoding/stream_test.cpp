@@ -13,7 +13,7 @@
 #include "tests/support/sample_epochs.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon::output::stream_test {
+namespace canyon::encoding::stream_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -293,4 +293,4 @@ TEST(RealTimePacer, TakesAsMuchTimeAsTheEpochsAndNoMoreWhereStopped) {
 }
 
 }  // namespace
-}  // namespace canyon::output::stream_test
+}  // namespace canyon::encoding::stream_test

@@ -12,7 +12,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/outputs/encoding/epoch_values.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -186,11 +186,11 @@ void SummarySink::write(const simulation::Epoch& epoch) {
   if (const std::optional<bool> wrong = wrong_fix(epoch)) {
     if (!tally.first_fixed) tally.first_fixed = seen.time;
     counts.wrong_fixes += *wrong ? 1 : 0;
-    tally.fixed_m.add(output::horizontal_m(epoch.error_enu_m));
+    tally.fixed_m.add(encoding::horizontal_m(epoch.error_enu_m));
   }
   if (seen.fix.solved()) {
     ++counts.fixes;
-    tally.horizontal_m.add(output::horizontal_m(epoch.error_enu_m));
+    tally.horizontal_m.add(encoding::horizontal_m(epoch.error_enu_m));
     tally.vertical_m.add(std::abs(epoch.error_enu_m.z()));
     if (seen.fix.dop) tally.hdop.add(seen.fix.dop->hdop);
     tally.close_outage(seen.time);
@@ -202,7 +202,7 @@ void SummarySink::write(const simulation::Epoch& epoch) {
     ++fault.epochs;
     if (!seen.fix.solved()) continue;
     ++fault.fixes;
-    fault.horizontal_m.add(output::horizontal_m(epoch.error_enu_m));
+    fault.horizontal_m.add(encoding::horizontal_m(epoch.error_enu_m));
   }
   tally.visible += seen.visible;
   tally.blocked += seen.blocked;
@@ -340,4 +340,4 @@ std::string format_summary_table(const std::vector<RunSummary>& summaries) {
   return text;
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -7,7 +7,7 @@
 
 #include "canyon/simulation/simulator.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 /// Metrics of a run. Percentiles interpolate linearly between order statistics (rank p (n - 1) from 0, as in
 /// NumPy); vertical errors are absolute. A metric without data (errors without a fix, means without an epoch,
@@ -91,4 +91,4 @@ struct SummaryMetric {
 [[nodiscard]] std::string format_summary_table(const std::vector<RunSummary>& summaries);
 inline constexpr std::size_t kMaxSummarized = 16;
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -9,7 +9,7 @@
 #include "canyon/outputs/encoding/summary.hpp"
 #include "tests/support/sample_signals.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 using testing::HasSubstr;
@@ -176,4 +176,4 @@ TEST(Summary, TableIsAlignedAndNamesUnits) {
 }
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::encoding

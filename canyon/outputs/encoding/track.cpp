@@ -21,7 +21,7 @@
 #include "canyon/outputs/encoding/epoch_values.hpp"
 #include "canyon/outputs/encoding/number.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 constexpr std::string_view kFaultRgb = "cc79a7";
@@ -390,4 +390,4 @@ std::unique_ptr<Encoder> encode_kml(const ReceiverDescription& receiver) {
   return std::make_unique<Kml>(receiver.name);
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

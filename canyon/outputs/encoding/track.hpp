@@ -7,7 +7,7 @@
 
 #include "canyon/base/geodesy/frames.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 /// Classes of horizontal error for the colours of fixes on maps: Okabe and Ito's palette, distinct for
 /// colour-blind readers too.
@@ -29,4 +29,4 @@ inline constexpr std::string_view kTruthRgb = "0072b2", kOutageRgb = "000000";
 [[nodiscard]] std::optional<std::array<geodesy::Geodetic, 2>> antimeridian_crossing(
     const geodesy::Geodetic& from, const geodesy::Geodetic& to);
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -15,7 +15,7 @@
 #include "tests/support/sample_epochs.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace canyon::output::tracks_test {
+namespace canyon::encoding::tracks_test {
 namespace {
 
 using testing::HasSubstr;
@@ -286,4 +286,4 @@ TEST(Kml, GdalReadsIt) {
 }
 
 }  // namespace
-}  // namespace canyon::output::tracks_test
+}  // namespace canyon::encoding::tracks_test

@@ -4,7 +4,7 @@
 
 #include "tests/support/ubx_device.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 using test::find;
@@ -334,4 +334,4 @@ TEST(UbxDevice, TellsItsReadersApart) {
 }
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::encoding

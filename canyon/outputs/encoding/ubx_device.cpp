@@ -11,7 +11,7 @@
 #include "canyon/outputs/encoding/ubx/messages.hpp"
 #include "canyon/simulation/sensor_run.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 using geodesy::GpsTime;
@@ -64,7 +64,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     note(port.commands, new_one);
     return answers;
   }
-  std::vector<std::shared_ptr<const relative::Corrections>> take_corrections() override {
+  std::vector<std::shared_ptr<const rtk::Corrections>> take_corrections() override {
     return epochs_.take_corrections();
   }
 
@@ -273,4 +273,4 @@ std::unique_ptr<Encoder> encode_ubx(const ReceiverDescription& receiver) {
   return std::make_unique<UbxDevice>(receiver);
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

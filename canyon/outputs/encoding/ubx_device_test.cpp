@@ -12,7 +12,7 @@
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/ubx_device.hpp"
 
-namespace canyon::output::ubx_device_test {
+namespace canyon::encoding::ubx_device_test {
 namespace {
 
 using test::find;
@@ -688,4 +688,4 @@ TEST(UbxDevice, TellsJammingAndSpoofing) {
 }
 
 }  // namespace
-}  // namespace canyon::output::ubx_device_test
+}  // namespace canyon::encoding::ubx_device_test

@@ -11,7 +11,7 @@
 
 #include "tests/support/sample_epochs.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 /// A little-endian value as the machine has it: these tests run on such machines.
@@ -96,4 +96,4 @@ TEST(Chunk, GzipUnpacksToTheSameBytes) {
 }
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::encoding

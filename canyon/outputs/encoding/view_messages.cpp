@@ -10,7 +10,7 @@
 #include "canyon/outputs/encoding/encoder.hpp"
 #include "canyon/sky/gnss/satellite_id.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 Json started_message(const char* type, const std::optional<std::int64_t>& id) {
@@ -116,4 +116,4 @@ std::unique_ptr<Encoder> encode_view(const ReceiverDescription& receiver) {
   return std::make_unique<ViewStream>(receiver);
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

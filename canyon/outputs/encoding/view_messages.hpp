@@ -10,7 +10,7 @@
 
 #include "canyon/outputs/encoding/epoch_rows.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 /// Messages between the engine and the viewer's page are JSON objects, one per line in a byte stream;
 /// docs/view-format.md and viewer/schema.json define them. This is their version.
@@ -49,4 +49,4 @@ struct EpochMessage {
 /// {"type":"error",...}: the error in a request or, without a request, of the run; readable text.
 [[nodiscard]] std::string error_message(std::optional<std::int64_t> id, std::string_view problem);
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

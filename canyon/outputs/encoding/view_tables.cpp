@@ -13,7 +13,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 // Written out, since GCC 10 has no `using enum`.
@@ -247,4 +247,4 @@ std::string gzip(std::string_view bytes) {
   return packed;
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -12,7 +12,7 @@
 
 #include "canyon/outputs/encoding/columns.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 /// "f64", "f32", "i32", "u32", "u16", "u8": the type names in the viewer's header.
 [[nodiscard]] std::string_view name(ViewType type);
@@ -29,7 +29,7 @@ struct ViewColumn {
 
 struct ViewTable {
   std::string_view name;
-  /// Viewer-only columns first, then those of the table with that name in output::tables(), if it exists.
+  /// Viewer-only columns first, then those of the table with that name in encoding::tables(), if it exists.
   std::span<const ViewColumn> columns;
 };
 
@@ -81,7 +81,7 @@ class ViewRows {
   /// A row: one value for each column, converted to its type. Precondition: as many as columns, in the range
   /// of their types.
   void add(std::initializer_list<double> values);
-  /// A row of a table with columns of output::tables(): values of viewer-only columns, and the row for the
+  /// A row of a table with columns of encoding::tables(): values of viewer-only columns, and the row for the
   /// others. Texts of indices are added to `words`.
   void add(std::initializer_list<double> own, const Row& row, ViewWords& words);
   /// A row of a table with one column of bytes; all rows have the same length.
@@ -111,4 +111,4 @@ std::size_t write_chunk(const std::filesystem::path& folder, const std::string& 
 /// Compresses as gzip (RFC 1952, read by browsers); deterministic bytes.
 [[nodiscard]] std::string gzip(std::string_view bytes);
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -321,7 +321,7 @@ class SessionCommands final : public Commands {
   void keep(const simulation::Epoch& epoch) override {
     latest.at(epoch.receiver) = {epoch.observed.time, epoch.observed.fix, epoch.error_enu_m,
                                  epoch.observed.visible,
-                                 output::no_fix_reason(epoch.observed.fix, epoch.containment)};
+                                 encoding::no_fix_reason(epoch.observed.fix, epoch.containment)};
   }
   [[nodiscard]] bool stopped() const override { return stop; }
   [[nodiscard]] std::string handle_request(std::string_view line) override {

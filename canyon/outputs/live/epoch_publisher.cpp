@@ -14,13 +14,15 @@ namespace {
 
 class StreamPublisher final : public EpochPublisher {
  public:
-  StreamPublisher(std::string setting, const output::StreamRequest& request, std::size_t receiver,
-                  const output::ReceiverDescription& description, std::shared_ptr<transport::Link> link,
+  StreamPublisher(std::string setting, const encoding::StreamRequest& request, std::size_t receiver,
+                  const encoding::ReceiverDescription& description, std::shared_ptr<transport::Link> link,
                   simulation::ReceiverRunner* device)
       : setting_(std::move(setting)),
-        stream_(output::open_stream(
-            request, receiver, description, std::move(link),
-            [this] { return output::EncodedStream::Clock::time_point(std::chrono::nanoseconds(now_ns_)); })),
+        stream_(encoding::open_stream(request, receiver, description, std::move(link),
+                                      [this] {
+                                        return encoding::EncodedStream::Clock::time_point(
+                                            std::chrono::nanoseconds(now_ns_));
+                                      })),
         device_(receiver == 0 ? device : nullptr) {}
   ~StreamPublisher() override {
     try {
@@ -40,7 +42,8 @@ class StreamPublisher final : public EpochPublisher {
     now_ns_ = sim_time_ns;
     stream_->serve();
     if (device_ == nullptr) return;
-    if (std::string line = output::apply_commands(*stream_, *device_); !line.empty()) notes_.push_back(line);
+    if (std::string line = encoding::apply_commands(*stream_, *device_); !line.empty())
+      notes_.push_back(line);
   }
   void reset() override { stream_->send_waiting(); }
   std::vector<std::string> take_notes() override {
@@ -51,7 +54,7 @@ class StreamPublisher final : public EpochPublisher {
  private:
   std::string setting_;
   std::int64_t now_ns_ = 0;
-  std::unique_ptr<output::EncodedStream> stream_;
+  std::unique_ptr<encoding::EncodedStream> stream_;
   simulation::ReceiverRunner* device_;
   std::vector<std::string> notes_;
 };
@@ -60,15 +63,15 @@ class StreamPublisher final : public EpochPublisher {
 
 std::unique_ptr<EpochPublisher> make_stream_publisher(
     const std::string& setting, std::string_view stream,
-    const std::vector<output::ReceiverDescription>& receivers, const LinkOpener& open,
+    const std::vector<encoding::ReceiverDescription>& receivers, const LinkOpener& open,
     simulation::ReceiverRunner* device) {
   try {
-    output::StreamRequest request = output::parse_stream(stream);
+    encoding::StreamRequest request = encoding::parse_stream(stream);
     std::vector<std::string> names;
     names.reserve(receivers.size());
-    for (const output::ReceiverDescription& receiver : receivers) names.push_back(receiver.name);
+    for (const encoding::ReceiverDescription& receiver : receivers) names.push_back(receiver.name);
     if (request.receiver.empty()) request.receiver = names.front();
-    const std::size_t r = output::find_receiver(request, names);
+    const std::size_t r = encoding::find_receiver(request, names);
     std::shared_ptr<transport::Link> link = open ? open(request) : nullptr;
     if (!link) link = std::make_shared<transport::Link>(request.address);
     return std::make_unique<StreamPublisher>(setting, request, r, receivers[r], std::move(link), device);

@@ -51,12 +51,12 @@ class EpochPublisher {
 };
 
 /// Opens the link of a host's own kind of address, such as a topic; null: the engine opens the address.
-using LinkOpener = std::function<std::shared_ptr<transport::Link>(const output::StreamRequest& request)>;
+using LinkOpener = std::function<std::shared_ptr<transport::Link>(const encoding::StreamRequest& request)>;
 
 /// Epochs in any of the engine's formats over any of its transports: "nmea=tcp://127.0.0.1:10110" (see
-/// output::parse_stream() and transport::open_transport()). Files are complete when it is destroyed. Updates
-/// without an epoch send nothing: readers treat a silent receiver as lost. Latencies are in time of the
-/// host's clock.
+/// encoding::parse_stream() and transport::open_transport()). Files are complete when it is destroyed.
+/// Updates without an epoch send nothing: readers treat a silent receiver as lost. Latencies are in time of
+/// the host's clock.
 /// @param setting the setting of the stream, for messages: "nmea_port"
 /// @param receivers the host's receiver, the default of a stream without a name, and its base, if any:
 /// "base/rtcm=tcp://127.0.0.1:2102"
@@ -66,7 +66,7 @@ using LinkOpener = std::function<std::shared_ptr<transport::Link>(const output::
 /// be opened.
 [[nodiscard]] std::unique_ptr<EpochPublisher> make_stream_publisher(
     const std::string& setting, std::string_view stream,
-    const std::vector<output::ReceiverDescription>& receivers, const LinkOpener& open = {},
+    const std::vector<encoding::ReceiverDescription>& receivers, const LinkOpener& open = {},
     simulation::ReceiverRunner* device = nullptr);
 
 /// `stream` with `{model}` replaced by a model's name and `{number}` by the number at the name's end (0 if it

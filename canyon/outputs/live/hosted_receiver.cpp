@@ -32,7 +32,7 @@ void visit_streams(options::Visitor& v, const options::Field& field, std::vector
   v.texts(field, streams);
   if (!v.reads()) return;
   try {
-    for (const std::string& text : streams) (void)output::format_named(output::parse_stream(text).format);
+    for (const std::string& text : streams) (void)encoding::format_named(encoding::parse_stream(text).format);
   } catch (const InputError& e) {
     throw v.fault(field.name, e.problem(), e.hint());
   }
@@ -56,9 +56,9 @@ HostedReceiver::HostedReceiver(HostSetup setup)
   for (const std::string& line : setup.warnings) log(Severity::Warning, line);
   try {
     start_receiver();
-    std::vector<output::ReceiverDescription> descriptions;
+    std::vector<encoding::ReceiverDescription> descriptions;
     for (std::size_t r = 0; r < run_->size(); ++r)
-      descriptions.push_back(output::describe_receivers((*run_)[r], schedule_.interval_s()).front());
+      descriptions.push_back(encoding::describe_receivers((*run_)[r], schedule_.interval_s()).front());
     for (const auto& [setting, stream] : setup.streams) {
       add(make_stream_publisher(setting, stream_of_model(setting, stream, setup.model), descriptions,
                                 setup.open_link, &receiver()),
@@ -128,7 +128,7 @@ void HostedReceiver::serve(std::int64_t now_ns) {
 void HostedReceiver::make_rtcm() {
   rtcm_.reset();
   const receiver::ReceiverOptions& options = options_.live.receiver().options;
-  if (relative::is_stream(options.corrections.from)) rtcm_.emplace(options, options_.live.seed);
+  if (rtk::is_stream(options.corrections.from)) rtcm_.emplace(options, options_.live.seed);
 }
 
 std::string HostedReceiver::base_receiver_name() const {

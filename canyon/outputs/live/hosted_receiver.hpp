@@ -29,7 +29,7 @@ struct HostOptions {
   bool named = false;  ///< `name` is the user's; else the receiver has a default name
   double pose_timeout_s =
       0.5;  ///< maximum age of an external pose in the host's time; older ones are not used as truth; > 0
-  std::vector<std::string> streams;  ///< each FORMAT=ADDRESS (output::parse_stream())
+  std::vector<std::string> streams;  ///< each FORMAT=ADDRESS (encoding::parse_stream())
 };
 
 /// Fields of all hosts except those of `live`. @param frame_id of its messages; empty: the host's default
@@ -51,7 +51,8 @@ struct HostSetup {
   std::int64_t epochs = simulation::EpochSchedule::kEndless;  ///< of a drive with an end
   /// The vehicle's sensors from `start` on, if `options.live` is RunnerConfig::with_sensors.
   std::function<simulation::SensorRun()> sensors = {};
-  /// Setting (for messages) and FORMAT=ADDRESS (output::parse_stream()) of each stream, open in its lifetime.
+  /// Setting (for messages) and FORMAT=ADDRESS (encoding::parse_stream()) of each stream, open in its
+  /// lifetime.
   std::vector<std::pair<std::string, std::string>> streams = {};
   std::string model = {};                  ///< for stream_of_model()
   LinkOpener open_link = {};               ///< for streams with the host's own kinds of address

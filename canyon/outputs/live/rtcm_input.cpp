@@ -26,14 +26,14 @@ RtcmInput::RtcmInput(const receiver::ReceiverOptions& options, std::uint64_t see
     : options_(options.corrections),
       seed_(seed),
       receiver_(options.name),
-      source_(options_.from.starts_with(relative::kTopicAddress)
-                  ? "the topic " + options_.from.substr(relative::kTopicAddress.size())
+      source_(options_.from.starts_with(rtk::kTopicAddress)
+                  ? "the topic " + options_.from.substr(rtk::kTopicAddress.size())
                   : hide_passwords(options_.from)),
       link_(options_, seed, receiver_) {}
 
 void RtcmInput::reset_state() {
   decoder_ = rtcm::CorrectionsDecoder();
-  link_ = relative::CorrectionLink(options_, seed_, receiver_);
+  link_ = rtk::CorrectionLink(options_, seed_, receiver_);
   held_back_since_.reset();
   station_.reset();
 }
@@ -55,7 +55,7 @@ void RtcmInput::receive(std::string_view bytes, GpsTime now) {
   look_at(before, now);
 }
 
-void RtcmInput::look_for_other_station(const relative::Corrections& epoch) {
+void RtcmInput::look_for_other_station(const rtk::Corrections& epoch) {
   constexpr double kSamePosition_m = 1;
   const auto before = std::exchange(station_, Station{epoch.station, epoch.station_ecef});
   if (!before) return;
@@ -88,7 +88,7 @@ void RtcmInput::look_at(const rtcm::DecoderStatus& before, GpsTime now) {
   }
 }
 
-bool RtcmInput::is_of_now(const relative::Corrections& epoch, GpsTime now) {
+bool RtcmInput::is_of_now(const rtk::Corrections& epoch, GpsTime now) {
   constexpr double kAhead_s = 1;  // as receiver::CodeCorrections::age_s()
   const double age_s = now - epoch.receiver_time;
   if (age_s <= options_.max_age_s && age_s >= -kAhead_s) return true;

@@ -27,9 +27,7 @@ class RtcmInput {
   /// @param now GPS time of the receiver
   void receive(std::string_view bytes, geodesy::GpsTime now);
   /// The newest corrections received by then and not yet returned; null: none.
-  [[nodiscard]] std::shared_ptr<const relative::Corrections> take(geodesy::GpsTime now) {
-    return link_.take(now);
-  }
+  [[nodiscard]] std::shared_ptr<const rtk::Corrections> take(geodesy::GpsTime now) { return link_.take(now); }
   /// Sets the receiver's position, for corrections.range_m [m].
   void set_position(const Eigen::Vector3d& antenna_position_ecef) {
     antenna_position_ecef_ = antenna_position_ecef;
@@ -44,17 +42,17 @@ class RtcmInput {
     int number;
     Eigen::Vector3d antenna_position_ecef;
   };
-  void look_for_other_station(const relative::Corrections& epoch);
+  void look_for_other_station(const rtk::Corrections& epoch);
   void look_at(const rtcm::DecoderStatus& before, geodesy::GpsTime now);
   /// Whether an epoch fits the receiver's time: at most 1 s ahead and at most corrections.max_age_s old.
-  [[nodiscard]] bool is_of_now(const relative::Corrections& epoch, geodesy::GpsTime now);
+  [[nodiscard]] bool is_of_now(const rtk::Corrections& epoch, geodesy::GpsTime now);
   void warn(const std::string& fault, const std::string& text);
 
-  relative::CorrectionOptions options_;
+  rtk::CorrectionOptions options_;
   std::uint64_t seed_;
   std::string receiver_, source_;
   rtcm::CorrectionsDecoder decoder_;
-  relative::CorrectionLink link_;
+  rtk::CorrectionLink link_;
   std::optional<geodesy::GpsTime> held_back_since_;
   std::optional<Station> station_;
   std::optional<Eigen::Vector3d> antenna_position_ecef_;

@@ -152,7 +152,7 @@ struct Session::Impl {
     if (moved) {
       simulation::Scenario trajectory_scenario = scenario;
       for (simulation::ReceiverConfig& receiver : trajectory_scenario.receivers)
-        if (relative::is_stream(receiver.options.corrections.from)) receiver.options.corrections.from.clear();
+        if (rtk::is_stream(receiver.options.corrections.from)) receiver.options.corrections.from.clear();
       trajectory = std::make_unique<simulation::Simulation>(std::move(trajectory_scenario), scene);
       start = trajectory->begin();
       schedule = simulation::EpochSchedule(trajectory->interval_s(),
@@ -196,8 +196,8 @@ struct Session::Impl {
     inputs.resize(names.size());
     for (std::size_t r = 0; r < names.size(); ++r) {
       const std::string& address = scenario.receivers[r].options.corrections.from;
-      if (!relative::is_stream(address)) continue;
-      if (address.starts_with(relative::kTopicAddress)) {
+      if (!rtk::is_stream(address)) continue;
+      if (address.starts_with(rtk::kTopicAddress)) {
         throw error(fmt::format("receiver '{}' uses corrections from '{}', a ROS 2 topic", names[r], address),
                     "run it as a ROS 2 node (docs/ros2.md), or use a caster, "
                     "ntrip://USER:PASSWORD@HOST:PORT/MOUNT");
@@ -298,12 +298,12 @@ struct Session::Impl {
     for (std::size_t i = 0; i < options.streams.size(); ++i) {
       const simulation::StreamRequest& request = options.streams[i];
       try {
-        const std::size_t r = output::find_receiver(request, names);
+        const std::size_t r = encoding::find_receiver(request, names);
         const simulation::BuiltSky& sky = (*receivers)[r].sky();
-        output::ReceiverDescription description = output::describe_receiver(
+        encoding::ReceiverDescription description = encoding::describe_receiver(
             scenario.receivers[r], *sky.sky, sky.navigation, start, schedule.interval_s());
         description.sensors = simulation::sensors_of(scenario, r);
-        streams.push_back(output::open_stream(request, r, description, link_of(request.address)));
+        streams.push_back(encoding::open_stream(request, r, description, link_of(request.address)));
       } catch (const InputError& e) {
         if (!e.file().empty()) throw;
         throw InputError(fmt::format("stream {}: {}", i + 1, e.problem()), e.hint());
@@ -639,7 +639,7 @@ struct Session::Impl {
       if (out.observed.fix.solved()) ++metrics.fixes;
       if (!out.observed.fix.solved()) {
         metrics.no_fix = fmt::format("{}: {}", names[out.receiver],
-                                     output::no_fix_reason(out.observed.fix, out.containment));
+                                     encoding::no_fix_reason(out.observed.fix, out.containment));
       } else if (metrics.no_fix.starts_with(names[out.receiver] + ": ")) {
         metrics.no_fix.clear();
       }
@@ -663,7 +663,7 @@ struct Session::Impl {
     if (!input->caster || !epoch.observed.fix.solved()) return;
     if (input->reported && epoch.observed.time - *input->reported < kReportEvery_s) return;
     input->reported = epoch.observed.time;
-    input->caster->transport().send(output::nmea_gga(epoch));
+    input->caster->transport().send(encoding::nmea_gga(epoch));
   }
 
   /// Serves all links each 10 ms; wait() serves links with input.
@@ -674,7 +674,7 @@ struct Session::Impl {
     }
     for (const auto& stream : streams) {
       stream->send_due();
-      const std::string line = output::apply_commands(*stream, (*receivers)[stream->receiver()]);
+      const std::string line = encoding::apply_commands(*stream, (*receivers)[stream->receiver()]);
       if (!line.empty()) note(fmt::format("{}: {}", names[stream->receiver()], line));
     }
   }
@@ -797,7 +797,7 @@ struct Session::Impl {
   std::vector<std::unique_ptr<CorrectionInput>> inputs;  // by receiver; null: none
   std::map<std::string, std::shared_ptr<transport::Link>> links;
   std::vector<Vehicle> vehicles;
-  std::vector<std::unique_ptr<output::EncodedStream>> streams;
+  std::vector<std::unique_ptr<encoding::EncodedStream>> streams;
   std::unique_ptr<Commands> commands;
 
   // State of a run.

@@ -393,7 +393,7 @@ TEST(Session, UbxRestartsTheReceiver) {
       }
     };
     read_until(50);
-    driver.send_text(output::ubx::frame(0x0604, Payload().u2(0xFFFF).u1(2).u1(0).bytes()));
+    driver.send_text(encoding::ubx::frame(0x0604, Payload().u2(0xFFFF).u1(2).u1(0).bytes()));
     read_until(epochs + 650);
   }
   stop = true;
@@ -708,7 +708,7 @@ TEST(Session, AStreamThatIsNotRtcmIsTold) {
   Scenario s = rtk_field(
       port, ", corrections: {from: 'ntrip://me:SECRET@127.0.0.1:" + std::to_string(port) + "/M'}", "");
   s.live->streams.front() =
-      output::parse_stream("base/nmea=ntrip-caster://127.0.0.1:" + std::to_string(port) + "/M");
+      encoding::parse_stream("base/nmea=ntrip-caster://127.0.0.1:" + std::to_string(port) + "/M");
   s.duration_s = 4;
   std::vector<std::string> warned;
   Session session(s, city_of(s));

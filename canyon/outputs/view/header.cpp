@@ -70,7 +70,7 @@ Json codes_json(const std::vector<gnss::SatelliteId>& satellites) {
 }
 
 /// The words indexed by columns.
-Json words_json(const output::ViewWords& texts) {
+Json words_json(const encoding::ViewWords& texts) {
   Json words;
   const auto list = [&](std::string_view name, auto last, std::string_view (*word)(std::int64_t)) {
     Json& all = words[std::string(name)] = Json::array();
@@ -84,8 +84,8 @@ Json words_json(const output::ViewWords& texts) {
        [](std::int64_t i) { return propagation::name(static_cast<propagation::PathKind>(i)); });
   list("body", propagation::Body::Kind::Crown,
        [](std::int64_t i) { return propagation::name(static_cast<propagation::Body::Kind>(i)); });
-  for (const output::ViewTable& table : output::view_tables()) {
-    for (const output::ViewColumn& column : table.columns)
+  for (const encoding::ViewTable& table : encoding::view_tables()) {
+    for (const encoding::ViewColumn& column : table.columns)
       if (column.from != nullptr && column.from->words > 0)
         list(column.name, column.from->words - 1, column.from->word);
   }
@@ -96,7 +96,7 @@ Json words_json(const output::ViewWords& texts) {
 /// The metrics shown by the viewer.
 Json metrics_json() {
   Json json = Json::array();
-  for (const output::SummaryMetric& metric : output::summary_metrics()) {
+  for (const encoding::SummaryMetric& metric : encoding::summary_metrics()) {
     if (*metric.label == '\0') continue;
     json.push_back({{"name", metric.name},
                     {"label", metric.label},
@@ -108,9 +108,9 @@ Json metrics_json() {
   return json;
 }
 
-Json summary_json(const output::RunSummary& summary) {
+Json summary_json(const encoding::RunSummary& summary) {
   Json json;
-  for (const output::SummaryMetric& metric : output::summary_metrics()) {
+  for (const encoding::SummaryMetric& metric : encoding::summary_metrics()) {
     if (!metric.is_applicable(summary)) continue;
     const double value = metric.value(summary);
     json[metric.name] = metric.is_count() ? Json(static_cast<std::int64_t>(value)) : Json(value);
@@ -131,14 +131,14 @@ Json receiver_json(const ReceiverHeader& receiver) {
 
 Json tables_json() {
   Json json = Json::array();
-  for (const output::ViewTable& table : output::view_tables()) {
+  for (const encoding::ViewTable& table : encoding::view_tables()) {
     Json columns = Json::array();
-    for (const output::ViewColumn& column : table.columns) {
+    for (const encoding::ViewColumn& column : table.columns) {
       columns.push_back({{"name", column.name},
-                         {"type", output::name(column.type)},
+                         {"type", encoding::name(column.type)},
                          {"unit", column.unit},
                          {"about", column.about},
-                         {"values", table.name == "skylines" ? output::kSkylineSectors : 1}});
+                         {"values", table.name == "skylines" ? encoding::kSkylineSectors : 1}});
     }
     json.push_back({{"name", table.name}, {"columns", std::move(columns)}});
   }

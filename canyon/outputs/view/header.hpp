@@ -39,7 +39,7 @@ struct ReceiverHeader {
   bool strength = false;          ///< signals have a strength: C/N0, lock, loss of paths
   double elevation_mask_deg = 0;  ///< of its fix
   std::vector<FaultStretch> faults;
-  output::RunSummary summary;
+  encoding::RunSummary summary;
 };
 
 /// Contents of view.json; docs/view-format.md and viewer/schema.json define it.
@@ -52,7 +52,7 @@ struct ViewHeader {
   std::size_t paths_per_satellite = 0;  ///< maximum stored
   std::vector<ReceiverHeader> receivers;
   std::vector<gnss::SatelliteId> satellites;  ///< ascending
-  output::ViewWords words;                    ///< texts of indices in the chunks
+  encoding::ViewWords words;                  ///< texts of indices in the chunks
   std::vector<ChunkEntry> chunks;
 };
 

@@ -78,7 +78,7 @@ struct LiveRelay::Impl {
   void receive(Server& server, Host& host, std::string_view line) {
     try {
       Json message = Json::parse(line);
-      if (message.at("version") != output::kViewMessages)
+      if (message.at("version") != encoding::kViewMessages)
         return complain(host, "the host uses another version of the viewer's messages");
       if (message.at("type") == "hello")
         take_hello(server, host, std::move(message));

@@ -61,12 +61,12 @@ class LiveRelayTest : public testing::Test {
     header.city.origin = scene_->city.frame.origin();
     return std::make_unique<LiveRelay>(addresses, header, folder_.path(), scene_->scene);
   }
-  [[nodiscard]] std::unique_ptr<output::EncodedStream> host() const {
-    return output::open_stream(output::parse_stream("view=" + address_), *simulation_);
+  [[nodiscard]] std::unique_ptr<encoding::EncodedStream> host() const {
+    return encoding::open_stream(encoding::parse_stream("view=" + address_), *simulation_);
   }
   /// Reads this many messages of a page while both ends are served.
-  std::vector<Json> receive(test::Listener& page, std::size_t count, output::EncodedStream& stream,
-                            output::EncodedStream* other = nullptr) {
+  std::vector<Json> receive(test::Listener& page, std::size_t count, encoding::EncodedStream& stream,
+                            encoding::EncodedStream* other = nullptr) {
     std::atomic<bool> received_all{false};
     std::thread work([&] {
       while (!received_all) {
@@ -206,7 +206,7 @@ TEST_F(LiveRelayTest, ShowsTheReceiversOfAllHostsInOneTime) {
   const std::string second = "tcp://127.0.0.1:" + std::to_string(test::free_port());
   relay_ = relay({address_, second});
   const auto stream = host();
-  const auto stream_of_other = output::open_stream(output::parse_stream("view=" + second), other);
+  const auto stream_of_other = encoding::open_stream(encoding::parse_stream("view=" + second), other);
   test::Listener page(*server_);
   const std::string name = "rover (" + second + ")";  // both are named "rover"
   Json hello = Json::object();
@@ -232,7 +232,7 @@ TEST_F(LiveRelayTest, ShowsTheReceiversOfAllHostsInOneTime) {
 }
 
 TEST(ViewStream, SaysNothingOfEpochsWithoutArrival) {
-  const auto encoder = output::format_named("view").make({"rover"});
+  const auto encoder = encoding::format_named("view").make({"rover"});
   const std::string first = encoder->begin();
   EXPECT_EQ(first.back(), '\n');
   EXPECT_EQ(Json::parse(first)["type"], "hello");

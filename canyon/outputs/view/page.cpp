@@ -188,7 +188,7 @@ SceneCity write_city(const city::City& city, const std::map<std::string, std::st
   SceneCity scene{city.name, city.frame.origin(), city.notes.lines(), {}, city.mesh.triangles.size()};
   for (const city::Object& object : city::objects_with_triangles(city.mesh))
     scene.objects.push_back(describe(city.mesh, object, height_sources));
-  write_file(folder / kCityChunk, output::gzip(glb_of(city, folder)));
+  write_file(folder / kCityChunk, encoding::gzip(glb_of(city, folder)));
   return scene;
 }
 

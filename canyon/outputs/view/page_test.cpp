@@ -19,9 +19,9 @@ class PageTest : public testing::Test {
  protected:
   PageTest() {
     std::filesystem::create_directories(view_);
-    write_file(view_ / "city.glb.gz", output::gzip("city"));
-    write_file(view_ / "track-0.bin.gz", output::gzip("track"));
-    write_file(folder_ / "secret.gz", output::gzip("track"));
+    write_file(view_ / "city.glb.gz", encoding::gzip("city"));
+    write_file(view_ / "track-0.bin.gz", encoding::gzip("track"));
+    write_file(folder_ / "secret.gz", encoding::gzip("track"));
     write_file(folder_ / "page.html", "<p><!--canyon:data--></p>");
     name_files("city.glb.gz", "track-0.bin.gz");
   }
@@ -63,7 +63,7 @@ TEST_F(PageTest, HoldsNothingFromOutsideTheFolder) {
 
 TEST_F(PageTest, NamesThatAreHtmlAreRefused) {
   const std::string name = "x.gz\\\"><script>1<";  // as in JSON
-  write_file(view_ / "x.gz\"><script>1<", output::gzip("track"));
+  write_file(view_ / "x.gz\"><script>1<", encoding::gzip("track"));
   name_files("city.glb.gz", name);
   EXPECT_THAT(refused(), HasSubstr("an invalid file name"));
 }

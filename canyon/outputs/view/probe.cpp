@@ -57,8 +57,8 @@ Probe::Probe(const simulation::Scenario& scenario, geodesy::GpsTime begin, doubl
 Probe::ProbeRequest Probe::read(const Json& json) const {
   if (json["type"] != "probe")
     throw InputError("the server has no such message type", "send \"type\": \"probe\"");
-  if (json["version"] != output::kViewMessages) {
-    throw InputError(fmt::format("the message is not of version {}", output::kViewMessages),
+  if (json["version"] != encoding::kViewMessages) {
+    throw InputError(fmt::format("the message is not of version {}", encoding::kViewMessages),
                      "reload the page; another version of canyon made it");
   }
   ProbeRequest question;
@@ -86,13 +86,13 @@ std::string Probe::trace(const ProbeRequest& question, std::optional<std::int64_
   step.epoch.arrival = &step.arrival;
 
   const receiver::ReceiverOptions& options = receiver.config().receiver().options;
-  output::EpochMessage message;
+  encoding::EpochMessage message;
   message.receiver = options.name;
   message.id = id;
   message.time_s = question.time_s;
   message.skyline = skyline_bytes(scene_->scene, question.position);
-  output::EpochRows rows(options.signal, paths_per_satellite_);
-  return output::epoch_message(
+  encoding::EpochRows rows(options.signal, paths_per_satellite_);
+  return encoding::epoch_message(
       std::move(message), step.epoch,
       [this](const Eigen::Vector3d& ecef) { return scene_->city.frame.local_from_ecef(ecef); }, rows);
 }
@@ -104,12 +104,12 @@ std::string Probe::handle_request(const std::string& message) {
     if (!json) throw InputError("this is not JSON", "numbers must be finite: JSON has no NaN");
     return trace(read(*json), id);
   } catch (const InputError& error) {
-    return output::error_message(id, error.what());
+    return encoding::error_message(id, error.what());
   }
 }
 
 std::string no_probe(const std::string& message, std::string_view why) {
-  return output::error_message(id_of(Json::try_parse(message).value_or(Json())), why);
+  return encoding::error_message(id_of(Json::try_parse(message).value_or(Json())), why);
 }
 
 }  // namespace canyon::view

@@ -48,16 +48,16 @@ std::map<std::string, std::vector<double>> columns_of(const std::string& bytes) 
   const std::uint32_t count = u32(8);
   std::size_t offset = 16 + 8 * count;
   for (std::uint32_t i = 0; i < count; ++i) {
-    const output::ViewTable& table = output::view_tables()[u32(16 + 8 * i)];
+    const encoding::ViewTable& table = encoding::view_tables()[u32(16 + 8 * i)];
     const std::uint32_t rows = u32(20 + 8 * i);
-    for (const output::ViewColumn& column : table.columns) {
+    for (const encoding::ViewColumn& column : table.columns) {
       offset = (offset + 7) / 8 * 8;
       auto& values = columns[std::string(table.name) + "." + std::string(column.name)];
-      for (std::uint32_t row = 0; row < rows; ++row, offset += output::size_of(column.type)) {
+      for (std::uint32_t row = 0; row < rows; ++row, offset += encoding::size_of(column.type)) {
         std::uint64_t bits = 0;
-        std::memcpy(&bits, bytes.data() + offset, output::size_of(column.type));
-        values.push_back(column.type == output::ViewType::F64 ? same_bytes<double>(bits)
-                         : column.type == output::ViewType::F32
+        std::memcpy(&bits, bytes.data() + offset, encoding::size_of(column.type));
+        values.push_back(column.type == encoding::ViewType::F64 ? same_bytes<double>(bits)
+                         : column.type == encoding::ViewType::F32
                              ? same_bytes<float>(static_cast<std::uint32_t>(bits))
                              : static_cast<double>(bits));
       }
@@ -74,14 +74,14 @@ class FirstEpochs final : public simulation::EpochSink {
     if (positions.size() > epoch.receiver) return;
     const auto& options = simulation_.scenario().receivers[epoch.receiver].options;
     const geodesy::LocalFrame& frame = simulation_.environment().city().frame;
-    output::EpochMessage message;
+    encoding::EpochMessage message;
     for (const auto& s : epoch.observed.satellites) message.satellites.push_back(s.id);
-    output::EpochRows rows(options.signal, 12);
+    encoding::EpochRows rows(options.signal, 12);
     rows.add(
         epoch, 0, 0, -1, [&](const Eigen::Vector3d& ecef) { return frame.local_from_ecef(ecef); },
         message.satellites);
     positions.push_back(frame.local_from_ecef(epoch.truth_ecef));
-    messages.push_back(Json::parse(output::epoch_message(message, rows)));
+    messages.push_back(Json::parse(encoding::epoch_message(message, rows)));
   }
   void finish() override {}
   std::vector<Eigen::Vector3d> positions;

@@ -38,17 +38,17 @@ void Recorder::finish_block() {
   put({&rows_.satellites, &rows_.paths, &rows_.bodies},
       {fmt::format("block-{}-{:05}.bin.gz", receiver_, block_begin_), receiver_, false, block_begin_,
        epochs_ - block_begin_, 0, rows_.satellites.size(), rows_.paths.size()});
-  for (output::ViewRows* rows : {&rows_.satellites, &rows_.paths, &rows_.bodies}) rows->clear();
+  for (encoding::ViewRows* rows : {&rows_.satellites, &rows_.paths, &rows_.bodies}) rows->clear();
   block_begin_ = epochs_;
 }
 
-void Recorder::put(const std::vector<const output::ViewRows*>& tables, ChunkEntry entry) {
-  entry.bytes = output::write_chunk(folder_, entry.file, tables);
+void Recorder::put(const std::vector<const encoding::ViewRows*>& tables, ChunkEntry entry) {
+  entry.bytes = encoding::write_chunk(folder_, entry.file, tables);
   chunks_.push_back(std::move(entry));
 }
 
 std::string skyline_bytes(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu) {
-  const drawing::SkyMask mask = drawing::make_sky_mask(scene, antenna_enu, output::kSkylineSectors);
+  const drawing::SkyMask mask = drawing::make_sky_mask(scene, antenna_enu, encoding::kSkylineSectors);
   std::string bytes;
   for (const auto& stretches : mask.azimuths) {
     const double high_rad = stretches.empty() ? 0 : stretches.back().high_rad;

@@ -16,7 +16,7 @@
 
 namespace canyon::view {
 
-/// A row of the table "skylines" at a point in the city's frame [m, east north up]: output::kSkylineSectors
+/// A row of the table "skylines" at a point in the city's frame [m, east north up]: encoding::kSkylineSectors
 /// bytes from north clockwise, half degrees of the highest hidden elevation.
 [[nodiscard]] std::string skyline_bytes(const raytrace::RayScene& scene, const Eigen::Vector3d& antenna_enu);
 
@@ -44,7 +44,7 @@ class Recorder {
   /// @param words that receivers of a view share
   Recorder(std::filesystem::path folder, std::size_t receiver, const ViewOptions& options,
            const tracking::SignalOptions& signal, const raytrace::RayScene& scene,
-           std::shared_ptr<output::ViewWords> words)
+           std::shared_ptr<encoding::ViewWords> words)
       : folder_(std::move(folder)),
         receiver_(receiver),
         epochs_per_block_(options.epochs_per_block),
@@ -53,7 +53,7 @@ class Recorder {
         skyline_(options.skyline_step_m) {}
 
   /// Takes the rows of the next epoch. end_epoch() follows.
-  [[nodiscard]] output::EpochRows& rows() { return rows_; }
+  [[nodiscard]] encoding::EpochRows& rows() { return rows_; }
   /// The next epoch's number.
   [[nodiscard]] std::size_t epoch() const { return epochs_; }
   /// The row of its skyline: the last one, or a new one after enough movement. @param antenna in the city's
@@ -69,14 +69,14 @@ class Recorder {
 
  private:
   void finish_block();
-  void put(const std::vector<const output::ViewRows*>& tables, ChunkEntry entry);
+  void put(const std::vector<const encoding::ViewRows*>& tables, ChunkEntry entry);
 
   std::filesystem::path folder_;
   std::size_t receiver_, epochs_per_block_;
   const raytrace::RayScene& scene_;
-  output::EpochRows rows_;
+  encoding::EpochRows rows_;
   MovingSkyline skyline_;
-  output::ViewRows skylines_{output::kViewSkylines};
+  encoding::ViewRows skylines_{encoding::kViewSkylines};
   std::vector<FaultStretch> faults_;
   std::vector<ChunkEntry> chunks_;
   std::size_t epochs_ = 0, block_begin_ = 0;

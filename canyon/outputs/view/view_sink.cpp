@@ -87,7 +87,7 @@ class View final : public simulation::EpochSink {
   void finish() override {
     if (std::exchange(finished_, true)) return;
     metrics_.finish();
-    std::vector<output::RunSummary> summaries = metrics_.summaries();
+    std::vector<encoding::RunSummary> summaries = metrics_.summaries();
     for (std::size_t i = 0; i < recorders_.size(); ++i) {
       recorders_[i]->finish(header_);
       header_.receivers[i].summary = std::move(summaries.at(i));
@@ -118,9 +118,9 @@ class View final : public simulation::EpochSink {
   const simulation::Simulation& simulation_;
   std::filesystem::path folder_;
   ViewOptions options_;
-  output::SummarySink metrics_;
+  encoding::SummarySink metrics_;
   ViewHeader header_;
-  std::shared_ptr<output::ViewWords> words_ = std::make_shared<output::ViewWords>();
+  std::shared_ptr<encoding::ViewWords> words_ = std::make_shared<encoding::ViewWords>();
   std::vector<std::unique_ptr<Recorder>> recorders_;
   bool finished_ = false;
 };
@@ -154,17 +154,17 @@ struct RunRelay::Impl {
   using Clock = std::chrono::steady_clock;
 
   struct Receiver {
-    output::EpochRows rows;
+    encoding::EpochRows rows;
     MovingSkyline skyline;
   };
 
   Impl(const simulation::Simulation& s, Server& to, std::size_t paths, std::chrono::milliseconds each)
       : simulation(s), server(to), step(each) {
     for (std::size_t i = 0; i < s.scenario().receivers.size(); ++i) {
-      descriptions.push_back(output::describe_receiver(s, i));
-      receivers.push_back({output::EpochRows(descriptions.back().signal, paths), MovingSkyline()});
+      descriptions.push_back(encoding::describe_receiver(s, i));
+      receivers.push_back({encoding::EpochRows(descriptions.back().signal, paths), MovingSkyline()});
     }
-    hello = output::hello_message(descriptions);
+    hello = encoding::hello_message(descriptions);
     server.greet({hello});
   }
 
@@ -187,7 +187,7 @@ struct RunRelay::Impl {
   const simulation::Simulation& simulation;
   Server& server;
   std::chrono::milliseconds step;
-  std::vector<output::ReceiverDescription> descriptions;
+  std::vector<encoding::ReceiverDescription> descriptions;
   std::vector<Receiver> receivers;
   std::string hello;
   std::optional<geodesy::GpsTime> shown;
@@ -206,21 +206,21 @@ void RunRelay::write(const simulation::Epoch& epoch) {
   const geodesy::LocalFrame& frame = environment.city().frame;
   Impl::Receiver& receiver = impl.receivers.at(epoch.receiver);
   receiver.skyline.move(environment.scene(), frame.local_from_ecef(epoch.truth_ecef));
-  output::EpochMessage message;
+  encoding::EpochMessage message;
   message.receiver = impl.descriptions[epoch.receiver].name;
   message.time_s = epoch.observed.time - impl.simulation.begin();
   message.skyline = receiver.skyline.bytes();
-  impl.server.send(output::epoch_message(
+  impl.server.send(encoding::epoch_message(
       std::move(message), epoch, [&](const Eigen::Vector3d& ecef) { return frame.local_from_ecef(ecef); },
       receiver.rows));
 }
 
 void RunRelay::progress(std::size_t done, std::size_t planned) {
-  impl_->send_text(output::progress_message(done, planned));
+  impl_->send_text(encoding::progress_message(done, planned));
 }
 
 void RunRelay::finished() {
-  impl_->send_text(output::finished_message());
+  impl_->send_text(encoding::finished_message());
 }
 
 }  // namespace canyon::view

@@ -252,7 +252,7 @@ struct SatelliteView {
   /// of other carriers scale with the inverse of their frequency, as in phase scintillation.
   double carrier_phase_offset_rad = 0, carrier_phase_rate_radps = 0;
   /// Range errors of the signals in space; empty: none except those of broadcast orbits, clocks and models.
-  std::optional<errors::RangeErrors> space{};
+  std::optional<sky::RangeErrors> space{};
 
   /// Angular rate of the satellite's direction in Earth-fixed axes [rad/s].
   [[nodiscard]] double direction_rate_radps() const {

@@ -89,7 +89,7 @@ struct Baseline {
   Eigen::Vector3d vector_enu = Eigen::Vector3d::Zero();  ///< from base to receiver, axes at the receiver [m]
   Eigen::Matrix3d covariance_enu = Eigen::Matrix3d::Zero();  ///< [m^2]
   /// Ratio of the squared distances of the second best and the best integers from the real values, 1 or more
-  /// (relative::RtkOptions::ratio); empty if no search was made.
+  /// (rtk::RtkOptions::ratio); empty if no search was made.
   std::optional<double> ratio;
   std::vector<gnss::SatelliteId> used;  ///< ascending
 

@@ -5,7 +5,7 @@
 
 #include "canyon/receiver/positioning/fix.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 /// Names of a kind of fix in the formats; docs/outputs.md has the same table.
 struct FixCodes {
@@ -55,4 +55,4 @@ inline constexpr std::uint8_t kUbxFixOk = 1, kUbxDifferential = 2, kUbxFloat = 0
   return fix.measured() ? 2 : 3;
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -37,8 +37,8 @@ ModelState model_state(const RangeState& s) {
 
 /// Delays by the receivers' correction models [m].
 double modelled_m(const ModelState& s, bool ionosphere, bool troposphere) {
-  return errors::atmosphere_m(ionosphere, troposphere, *s.klobuchar, s.id.system, s.carrier_hz, s.time,
-                              s.position, s.look_angles);
+  return sky::atmosphere_m(ionosphere, troposphere, *s.klobuchar, s.id.system, s.carrier_hz, s.time,
+                           s.position, s.look_angles);
 }
 
 CodeAndCarrier dispersive(double delay_m) {
@@ -66,15 +66,15 @@ double central_mps(const RangeState& s, const Delay& delay_m) {
 double ionosphere_mps(const RangeState& s) {
   if (!s.options->ionosphere || s.before == nullptr) return 0;
   return central_mps(s, [&](const ShiftedAntenna& there, const geodesy::AzimuthElevation& look_angles) {
-    return errors::atmosphere_m(true, false, *s.klobuchar, s.view->line.id.system, s.carrier_hz,
-                                s.time + there.dt_s, there.position, look_angles);
+    return sky::atmosphere_m(true, false, *s.klobuchar, s.view->line.id.system, s.carrier_hz,
+                             s.time + there.dt_s, there.position, look_angles);
   });
 }
 
 double troposphere_mps(const RangeState& s) {
   if (!s.options->troposphere || s.before == nullptr) return 0;
   return central_mps(s, [](const ShiftedAntenna& there, const geodesy::AzimuthElevation& look_angles) {
-    return errors::slant_delay_m(there.zenith_m, look_angles.elevation_rad);
+    return sky::slant_delay_m(there.zenith_m, look_angles.elevation_rad);
   });
 }
 

@@ -168,8 +168,8 @@ const CorrectionsDecoder::Station* CorrectionsDecoder::describing(Has has) const
   return other;
 }
 
-const relative::GlonassBiases& CorrectionsDecoder::glonass_bias_m() const {
-  static const relative::GlonassBiases kNone;
+const rtk::GlonassBiases& CorrectionsDecoder::glonass_bias_m() const {
+  static const rtk::GlonassBiases kNone;
   const Station* const of = describing([](const Station& s) { return s.glonass_bias_m.has_value(); });
   return of == nullptr ? kNone : *of->glonass_bias_m;
 }
@@ -208,7 +208,7 @@ void CorrectionsDecoder::read_biases(Fields& fields) {
   Station& of = station(fields.count(12));
   const bool aligned = fields.take(1) != 0;
   fields.take(3);
-  relative::GlonassBiases biases;
+  rtk::GlonassBiases biases;
   const int mask = fields.count(4);
   int bit = 3;
   for (const char* code : {"1C", "1P", "2C", "2P"}) {
@@ -218,7 +218,7 @@ void CorrectionsDecoder::read_biases(Fields& fields) {
     if (bias) biases[code] = aligned ? 0 : *bias;
   }
   if (fields.missing()) return problem(fields, "shorter than its fields");
-  const relative::GlonassBiases before = glonass_bias_m();
+  const rtk::GlonassBiases before = glonass_bias_m();
   of.glonass_bias_m = std::move(biases);
   if (glonass_bias_m() == before) return;
   for (auto arc = arcs_.begin(); arc != arcs_.end();) {
@@ -253,7 +253,7 @@ void CorrectionsDecoder::deliver(Epochs& complete) {
   epoch_->news = false;
   if (epoch_->observations.empty()) return;
   ++status_.epochs;
-  relative::Corrections corrections;
+  rtk::Corrections corrections;
   corrections.station = observing_;
   if (posed != nullptr) corrections.station_ecef = *posed->antenna_position_ecef;
   if (const Station* const named = describing([](const Station& s) { return !s.antenna_name.empty(); })) {
@@ -262,7 +262,7 @@ void CorrectionsDecoder::deliver(Epochs& complete) {
   }
   corrections.receiver_time = epoch_->time;
   for (const auto& [key, observation] : epoch_->observations) corrections.observations.push_back(observation);
-  complete.push_back(std::make_shared<const relative::Corrections>(std::move(corrections)));
+  complete.push_back(std::make_shared<const rtk::Corrections>(std::move(corrections)));
 }
 
 /// Adds the epoch's observations without whole milliseconds, completed if these are found.

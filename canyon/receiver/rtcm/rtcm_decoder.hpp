@@ -87,7 +87,7 @@ struct DecoderStatus {
 /// MSM5, whose lock times are coarse, also if that is uncertain.
 class CorrectionsDecoder {
  public:
-  using Epochs = std::vector<std::shared_ptr<const relative::Corrections>>;
+  using Epochs = std::vector<std::shared_ptr<const rtk::Corrections>>;
   /// Frequency channel of a GLONASS satellite, [-7, 6].
   using ChannelTable = std::function<std::optional<int>(gnss::SatelliteId)>;
 
@@ -141,12 +141,12 @@ class CorrectionsDecoder {
   struct Station {
     std::optional<Eigen::Vector3d> antenna_position_ecef;
     std::string antenna_name, receiver_name;
-    std::optional<relative::GlonassBiases> glonass_bias_m;
+    std::optional<rtk::GlonassBiases> glonass_bias_m;
     bool observes = false;
   };
   struct Epoch {
     geodesy::GpsTime time;
-    std::map<SignalKey, relative::SignalMeasurement> observations;
+    std::map<SignalKey, rtk::SignalMeasurement> observations;
     std::vector<Observation> partial;  ///< without whole milliseconds
     bool news = false;                 ///< since its last delivery
   };
@@ -172,7 +172,7 @@ class CorrectionsDecoder {
   void observe(int id);
   template <typename Has>
   [[nodiscard]] const Station* describing(Has has) const;
-  [[nodiscard]] const relative::GlonassBiases& glonass_bias_m() const;
+  [[nodiscard]] const rtk::GlonassBiases& glonass_bias_m() const;
   void begin(geodesy::GpsTime time, Epochs& complete);
   void deliver(Epochs& complete);
   [[nodiscard]] std::optional<int> channel(gnss::SatelliteId id) const;

@@ -124,7 +124,7 @@ TEST(RtcmDecoder, ValuesComeBackToTheirResolution) {
         at += size;
       }
       ASSERT_EQ(epochs.size(), 1U);
-      const relative::Corrections& epoch = *epochs[0];
+      const rtk::Corrections& epoch = *epochs[0];
       EXPECT_EQ(epoch.receiver_time, kTime);
       EXPECT_EQ(epoch.station, 7);
       EXPECT_LT((epoch.station_ecef - kPosition).norm(), 1e-4);
@@ -372,11 +372,11 @@ TEST(RtcmDecoder, NamesAndBiasesAreKept) {
   EXPECT_EQ(epochs[0]->receiver_name, "SEPT MOSAIC-X5");
   ASSERT_EQ(before.size(), 1U);
   ASSERT_EQ(epochs[0]->observations.size(), before[0]->observations.size());
-  const auto metres = [](const relative::SignalMeasurement& seen) {
+  const auto metres = [](const rtk::SignalMeasurement& seen) {
     return *seen.measurement.carrier_phase_cycles * geodesy::kSpeedOfLight /
            seen.measurement.carrier_frequency_hz;
   };
-  const relative::SignalMeasurement &first = epochs[0]->observations[0], &was = before[0]->observations[0];
+  const rtk::SignalMeasurement &first = epochs[0]->observations[0], &was = before[0]->observations[0];
   EXPECT_FALSE(was.aligned);
   EXPECT_TRUE(first.aligned);
   EXPECT_NEAR(metres(first) - metres(was), -71.94, 1e-6);

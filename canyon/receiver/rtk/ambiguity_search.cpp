@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace canyon::relative {
+namespace canyon::rtk {
 namespace {
 
 using Eigen::Index;
@@ -275,4 +275,4 @@ std::optional<AmbiguitySolution> AmbiguitySearch::find_among(std::vector<std::si
   return result;
 }
 
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

@@ -10,7 +10,7 @@
 #include "canyon/receiver/rtk/integer_least_squares.hpp"
 #include "canyon/receiver/rtk/rtk_filter.hpp"
 
-namespace canyon::relative {
+namespace canyon::rtk {
 
 /// Result of an integer ambiguity search.
 struct AmbiguitySolution {
@@ -94,4 +94,4 @@ class AmbiguitySearch {
   std::optional<Unconfirmed> unconfirmed_;
 };
 
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

@@ -14,7 +14,7 @@
 #include "canyon/receiver/positioning/least_squares.hpp"
 #include "canyon/receiver/rtk/rtk_filter.hpp"
 
-namespace canyon::relative {
+namespace canyon::rtk {
 
 namespace {
 
@@ -521,4 +521,4 @@ Groups groups_of(const std::vector<Difference>& differences) {
   return groups;
 }
 
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

@@ -18,7 +18,7 @@
 #include "canyon/sky/gnss/signals.hpp"
 #include "canyon/sky/orbit/sky.hpp"
 
-namespace canyon::relative {
+namespace canyon::rtk {
 
 /// Signals of a satellite are adjacent. For each signal, the indices of its differences.
 using Groups = std::map<const gnss::Signal*, std::vector<std::size_t>>;
@@ -133,4 +133,4 @@ class BaselineFilter {
   Groups groups_;
 };
 
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

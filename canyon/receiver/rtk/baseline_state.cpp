@@ -7,7 +7,7 @@
 #include "canyon/base/arithmetic.hpp"
 #include "canyon/base/geodesy/constants.hpp"
 
-namespace canyon::relative {
+namespace canyon::rtk {
 
 using Eigen::Index;
 
@@ -121,4 +121,4 @@ void BaselineState::mirror() {
   p.triangularView<Eigen::StrictlyUpper>() = p.transpose();
 }
 
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

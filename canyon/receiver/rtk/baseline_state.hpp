@@ -11,7 +11,7 @@
 #include "canyon/receiver/rtk/observed_minus_computed.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
-namespace canyon::relative {
+namespace canyon::rtk {
 
 /// A state of the filter other than position, velocity and clock.
 struct BaselineSlot {
@@ -92,4 +92,4 @@ class BaselineState {
   Eigen::VectorXd gain_;  // member to keep its capacity
 };
 
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

@@ -10,7 +10,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
 
-namespace canyon::relative {
+namespace canyon::rtk {
 
 void CorrectionOptions::validate() const {
   options::check(*this, "corrections");
@@ -100,4 +100,4 @@ std::shared_ptr<const Corrections> CorrectionLink::take(geodesy::GpsTime time) {
   return latest;
 }
 
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

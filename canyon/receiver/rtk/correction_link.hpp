@@ -17,7 +17,7 @@
 #include "canyon/receiver/positioning/fix.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
-namespace canyon::relative {
+namespace canyon::rtk {
 
 /// A receiver's measurement of one signal.
 struct SignalMeasurement {
@@ -111,4 +111,4 @@ class CorrectionLink {
   std::deque<Sent> in_transit_;                           // by `due`
 };
 
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

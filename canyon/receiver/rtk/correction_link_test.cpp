@@ -8,7 +8,7 @@
 
 #include "canyon/base/random.hpp"
 
-namespace canyon::relative {
+namespace canyon::rtk {
 namespace {
 
 using geodesy::GpsTime;
@@ -39,4 +39,4 @@ TEST(CorrectionLink, JitterOfArrivalDropsNoEpoch) {
 }
 
 }  // namespace
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

@@ -9,7 +9,7 @@
 
 #include "canyon/base/arithmetic.hpp"
 
-namespace canyon::relative {
+namespace canyon::rtk {
 
 namespace {
 
@@ -327,4 +327,4 @@ MatrixXd times_inverse(MatrixXd b, const Triangular& q) {
   return b;
 }
 
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

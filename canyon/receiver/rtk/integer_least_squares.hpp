@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace canyon::relative {
+namespace canyon::rtk {
 
 /// Q = L^T D L with L unit lower triangular and D > 0.
 struct Triangular {
@@ -83,4 +83,4 @@ struct RatioLimits {
                                                                    RatioLimits ratios = {},
                                                                    int max_nodes = 20'000);
 
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

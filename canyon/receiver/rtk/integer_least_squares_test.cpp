@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-namespace canyon::relative {
+namespace canyon::rtk {
 namespace {
 
 using Eigen::MatrixXd;
@@ -202,4 +202,4 @@ TEST(IntegerLeastSquares, HasNoAnswerForWhatIsNoCovariance) {
 }
 
 }  // namespace
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

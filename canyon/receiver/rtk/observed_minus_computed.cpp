@@ -10,7 +10,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/receiver/positioning/pseudorange_model.hpp"
 
-namespace canyon::relative {
+namespace canyon::rtk {
 
 using geodesy::kSpeedOfLight;
 using positioning::Measurement;
@@ -92,4 +92,4 @@ std::vector<ObservedMinusComputed> observed_minus_computed(
   return result;
 }
 
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

@@ -12,7 +12,7 @@
 #include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/orbit/sky.hpp"
 
-namespace canyon::relative {
+namespace canyon::rtk {
 
 /// One signal at one antenna: measured minus computed from a position, the ephemerides and models.
 struct ObservedMinusComputed {
@@ -46,4 +46,4 @@ struct ObservedMinusComputed {
 /// Whether `a` comes before `b` in this order.
 [[nodiscard]] bool before(const ObservedMinusComputed& a, const ObservedMinusComputed& b);
 
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

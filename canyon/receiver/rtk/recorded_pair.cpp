@@ -13,7 +13,7 @@
 #include "canyon/receiver/rtk/rtk_filter.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
-namespace canyon::relative {
+namespace canyon::rtk {
 
 namespace {
 
@@ -229,4 +229,4 @@ bool DopplerSlips::contains(gnss::SatelliteId id, const gnss::Signal* signal) co
   return std::find(slipped_.begin(), slipped_.end(), std::pair(id, signal)) != slipped_.end();
 }
 
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

@@ -20,7 +20,7 @@
 #include "canyon/sky/orbit/sky.hpp"
 #include "canyon/sky/rinex/observation_reader.hpp"
 
-namespace canyon::relative {
+namespace canyon::rtk {
 
 /// Options of solving a recorded rover relative to a recorded base.
 struct PairOptions {
@@ -97,4 +97,4 @@ class DopplerSlips {
   std::vector<std::pair<gnss::SatelliteId, const gnss::Signal*>> slipped_;
 };
 
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

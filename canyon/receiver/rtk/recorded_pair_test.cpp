@@ -17,7 +17,7 @@
 #include "canyon/sky/rinex/navigation_reader.hpp"
 #include "tests/support/shared_data.hpp"
 
-namespace canyon::relative {
+namespace canyon::rtk {
 namespace {
 
 using geodesy::Geodetic;
@@ -412,4 +412,4 @@ TEST_F(RecordedPair, RefusesWhatHasNothingInCommon) {
 }
 
 }  // namespace
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

@@ -9,7 +9,7 @@
 #include "canyon/receiver/positioning/pseudorange_model.hpp"
 #include "canyon/receiver/rtk/baseline_filter.hpp"
 
-namespace canyon::relative {
+namespace canyon::rtk {
 
 namespace {
 
@@ -97,4 +97,4 @@ std::optional<positioning::Fix> RtkFilter::update(geodesy::GpsTime receiver_time
   return other;
 }
 
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

@@ -11,7 +11,7 @@
 #include "canyon/receiver/rtk/correction_link.hpp"
 #include "canyon/sky/orbit/sky.hpp"
 
-namespace canyon::relative {
+namespace canyon::rtk {
 
 /// Divergence of satellite clocks and ionosphere over the age of the base's epoch [m/s]: RTKLIB's
 /// stats-clkstab, 5e-12 s/s.
@@ -99,4 +99,4 @@ class RtkFilter {
   geodesy::GpsTime second_began_;
 };
 
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

@@ -10,7 +10,7 @@
 #include "canyon/sky/orbit/broadcast_sky.hpp"
 #include "canyon/sky/orbit/nominal_constellation.hpp"
 
-namespace canyon::relative {
+namespace canyon::rtk {
 namespace {
 
 using gnss::System;
@@ -91,6 +91,6 @@ BENCHMARK(solve_rtk_epoch)
     ->Unit(benchmark::kMicrosecond);
 
 }  // namespace
-}  // namespace canyon::relative
+}  // namespace canyon::rtk
 
 BENCHMARK_MAIN();

@@ -13,7 +13,7 @@
 #include "canyon/receiver/positioning/pseudorange_model.hpp"
 #include "tests/support/circular_sky.hpp"
 
-namespace canyon::relative {
+namespace canyon::rtk {
 namespace {
 
 using geodesy::GpsTime;
@@ -146,4 +146,4 @@ TEST(RtkFilter, StaysWhereOneDopplerIsWrong) {
 }
 
 }  // namespace
-}  // namespace canyon::relative
+}  // namespace canyon::rtk

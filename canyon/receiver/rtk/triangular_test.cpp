@@ -6,7 +6,7 @@
 
 #include "canyon/base/random.hpp"
 
-namespace canyon::relative::triangular_test {
+namespace canyon::rtk::triangular_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -36,4 +36,4 @@ TEST(Triangular, EndsBeforeWhatOthersExplain) {
 }
 
 }  // namespace
-}  // namespace canyon::relative::triangular_test
+}  // namespace canyon::rtk::triangular_test

@@ -167,7 +167,7 @@ void check_base(options::Visitor& v, const RunnerConfig& config) {
   if (!v.reads()) return;
   const std::string& from = config.receiver().options.corrections.from;
   v.section("corrections", [&] {
-    if (relative::is_stream(from))
+    if (rtk::is_stream(from))
       throw v.fault("from", fmt::format("'{}' is a stream, which hosts do not read", from),
                     "run it by canyon live, or give a base: {fixed: ...} and use its name");
     if (config.allow_external_base && config.base() == nullptr) return;

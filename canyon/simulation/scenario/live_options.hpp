@@ -34,7 +34,7 @@ void visit(options::Visitor& v, StreamOptions& o);
 /// Epochs of a receiver, sent in a format to an address.
 struct StreamRequest {
   std::string receiver;  ///< empty: the only one
-  std::string format;    ///< output::formats()
+  std::string format;    ///< encoding::formats()
   std::string address;   ///< transport::open_transport()
   StreamOptions options;
 };

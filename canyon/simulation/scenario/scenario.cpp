@@ -125,7 +125,7 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
         fmt::format("receiver '{}': rtk needs carrier phases, which need signal strengths", options.name),
         "give signal: {enabled: true}, or a profile that has it");
   }
-  if (from.empty() || relative::is_stream(from)) return;
+  if (from.empty() || rtk::is_stream(from)) return;
   const auto refuse = [&](std::string_view problem, std::string_view hint) {
     throw InputError(fmt::format("receiver '{}' uses corrections from '{}', {}", options.name, from, problem),
                      hint);

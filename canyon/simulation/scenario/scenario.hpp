@@ -61,7 +61,7 @@ struct SkyConfig {
   std::vector<double> frozen_elevation_rad;
   std::set<gnss::System> systems{gnss::kConstellations.begin(), gnss::kConstellations.end()};
   bool allow_stale = false;
-  errors::RangeErrorOptions errors;
+  sky::RangeErrorOptions errors;
 
   /// Whether signals have range errors (satellite and atmosphere): by `errors`, else if the satellites'
   /// ephemerides are broadcast ones.

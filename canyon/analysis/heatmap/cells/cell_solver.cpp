@@ -269,7 +269,7 @@ class RunCells final : public CellSolver {
                            const std::function<bool()>& stop) const override;
 
  private:
-  using Corrections = std::shared_ptr<const relative::Corrections>;
+  using Corrections = std::shared_ptr<const rtk::Corrections>;
   /// Source of corrections.
   struct Base {
     Base(const simulation::Environment& environment, const simulation::ReceiverConfig& config,
@@ -288,13 +288,12 @@ class RunCells final : public CellSolver {
                 std::span<const std::span<float>> layers) const;
   void solve_without_noise(const ReceiverRealizations::Scene& scene, CellValues& values) const;
   /// @param space by realization, or empty
-  void draw(const ReceiverRealizations::Scene& scene, std::span<const errors::RangeErrorModel> space,
+  void draw(const ReceiverRealizations::Scene& scene, std::span<const sky::RangeErrorModel> space,
             bool statistics, CellValues& values) const;
   /// [second][draw]; null if the base measured nothing.
   [[nodiscard]] std::vector<std::vector<Corrections>> corrections(
-      geodesy::GpsTime time, std::span<const errors::RangeErrorModel> space) const;
-  void fix_by_rtk(geodesy::GpsTime time, const Vector3d& point,
-                  std::span<const errors::RangeErrorModel> space,
+      geodesy::GpsTime time, std::span<const sky::RangeErrorModel> space) const;
+  void fix_by_rtk(geodesy::GpsTime time, const Vector3d& point, std::span<const sky::RangeErrorModel> space,
                   std::span<const std::vector<Corrections>> sent, CellValues& values) const;
 
   CellReceiver receiver_;
@@ -366,7 +365,7 @@ void RunCells::solve_without_noise(const ReceiverRealizations::Scene& scene, Cel
       positioning::horizontal_protection_level_m(fix.covariance_enu, receiver_.limits.protection_factor));
 }
 
-void RunCells::draw(const ReceiverRealizations::Scene& scene, std::span<const errors::RangeErrorModel> space,
+void RunCells::draw(const ReceiverRealizations::Scene& scene, std::span<const sky::RangeErrorModel> space,
                     bool statistics, CellValues& values) const {
   SampledFixes fixes;
   const std::vector<disturbance::DisturbanceSource> disturbances =
@@ -400,7 +399,7 @@ bool RunCells::scene_at(const TileCells& cells, geodesy::GpsTime time, std::span
 }
 
 std::vector<std::vector<RunCells::Corrections>> RunCells::corrections(
-    geodesy::GpsTime time, std::span<const errors::RangeErrorModel> space) const {
+    geodesy::GpsTime time, std::span<const sky::RangeErrorModel> space) const {
   const Vector3d antenna_position_ecef = geodesy::ecef_from_geodetic(base_->position);
   const Vector3d point = base_->samples.environment().city().frame.local_from_geodetic(base_->position);
   const auto stations = base_->samples.receivers_at(time, point);
@@ -417,13 +416,13 @@ std::vector<std::vector<RunCells::Corrections>> RunCells::corrections(
 }
 
 void RunCells::fix_by_rtk(geodesy::GpsTime time, const Vector3d& point,
-                          std::span<const errors::RangeErrorModel> space,
+                          std::span<const sky::RangeErrorModel> space,
                           std::span<const std::vector<Corrections>> sent, CellValues& values) const {
   const Vector3d antenna_position_ecef = receivers_.environment().city().frame.ecef_from_local(point);
   const Eigen::Matrix3d enu =
       geodesy::enu_from_ecef_rotation(geodesy::geodetic_from_ecef(antenna_position_ecef));
   const auto rovers = receivers_.receivers_at(time, point);
-  std::vector<relative::CorrectionLink> links;
+  std::vector<rtk::CorrectionLink> links;
   for (std::size_t d = 0; d < rovers.size(); ++d) {
     links.emplace_back(receivers_.options().corrections, receivers_.seed(time, static_cast<int>(d)),
                        receivers_.options().name);

@@ -65,7 +65,7 @@ enum class CellMethod : std::uint8_t {
   /// (SignalLockOptions::warm_start) and has all ephemerides. From the time of the map on it measures once a
   /// second, with the corrections of a base, for LimitOptions::rtk_s. Satellites and paths move meanwhile.
   /// The base measures the same sky: its realization d and that of every cell have the same range errors.
-  /// Corrections arrive as set in relative::CorrectionOptions. Const, thread-safe. Some thousand times slower
+  /// Corrections arrive as set in rtk::CorrectionOptions. Const, thread-safe. Some thousand times slower
   /// than a single epoch: each second is traced, and each realization has its own filter.
   Run,
 };

@@ -143,8 +143,8 @@ TEST(CellMethod, FollowsTheOptions) {
 class Downtown {
  public:
   Downtown() {
-    environment_.set_errors(std::make_shared<errors::RangeErrorModel>(
-        errors::RangeErrorOptions(), 1, environment_.sky().satellites(), environment_.klobuchar()));
+    environment_.set_errors(std::make_shared<sky::RangeErrorModel>(
+        sky::RangeErrorOptions(), 1, environment_.sky().satellites(), environment_.klobuchar()));
     receiver_ =
         simulation::parse_profile(std::string(simulation::built_in_profile("ublox-m8t").text), "p").receiver;
     receiver_.options.filter = {};
@@ -226,7 +226,7 @@ TEST(CellMethod, OfSharedCellsChangeTheMap) {
   std::vector<gnss::SatelliteId> ids;
   for (const orbit::LineOfSight& line : scene.signals.satellites) ids.push_back(line.id);
   const auto space =
-      std::make_shared<errors::RangeErrorModel>(errors::RangeErrorOptions(), 1, ids, scene.klobuchar);
+      std::make_shared<sky::RangeErrorModel>(sky::RangeErrorOptions(), 1, ids, scene.klobuchar);
   const auto solve = [&](const ReceiverOptions& options) {
     return test::solve(SharedReceiver{options, monte_carlo, scene.klobuchar, {}, space}, scene, kLayers);
   };

@@ -15,11 +15,11 @@ std::uint64_t seed_of(const MonteCarloOptions& monte_carlo, geodesy::GpsTime tim
   return RandomStream(monte_carlo.seed, fmt::format("heatmap/{}/{}", time.nanoseconds(), draw)).next();
 }
 
-std::vector<errors::RangeErrorModel> range_errors_by_sample(const errors::RangeErrorModel* errors,
-                                                            const MonteCarloOptions& monte_carlo,
-                                                            geodesy::GpsTime time, int count,
-                                                            std::span<const gnss::SatelliteId> satellites) {
-  std::vector<errors::RangeErrorModel> space;
+std::vector<sky::RangeErrorModel> range_errors_by_sample(const sky::RangeErrorModel* errors,
+                                                         const MonteCarloOptions& monte_carlo,
+                                                         geodesy::GpsTime time, int count,
+                                                         std::span<const gnss::SatelliteId> satellites) {
+  std::vector<sky::RangeErrorModel> space;
   if (errors == nullptr) return space;
   space.reserve(static_cast<std::size_t>(count));
   for (int d = 0; d < count; ++d)
@@ -69,9 +69,9 @@ ReceiverRealizations::Scene ReceiverRealizations::scene_at(geodesy::GpsTime now,
 }
 
 receiver::ReceiverEpoch ReceiverRealizations::observe(receiver::Receiver& receiver, const Scene& scene,
-                                                      std::span<const errors::RangeErrorModel> space,
+                                                      std::span<const sky::RangeErrorModel> space,
                                                       std::size_t draw,
-                                                      const relative::Corrections* corrections) const {
+                                                      const rtk::Corrections* corrections) const {
   propagation::Arrival arrival = scene.arrival;  // a copy, since it is disturbed
   for (propagation::SatelliteView& view : arrival.views) view.space.reset();
   if (!space.empty()) {

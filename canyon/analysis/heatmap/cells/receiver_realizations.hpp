@@ -17,8 +17,8 @@ namespace canyon::heatmap {
 [[nodiscard]] std::uint64_t seed_of(const MonteCarloOptions& monte_carlo, geodesy::GpsTime time, int draw);
 
 /// Range errors of realizations 0 to count - 1 at a time, each by its seed_of(). @param errors null: none
-[[nodiscard]] std::vector<errors::RangeErrorModel> range_errors_by_sample(
-    const errors::RangeErrorModel* errors, const MonteCarloOptions& monte_carlo, geodesy::GpsTime time,
+[[nodiscard]] std::vector<sky::RangeErrorModel> range_errors_by_sample(
+    const sky::RangeErrorModel* errors, const MonteCarloOptions& monte_carlo, geodesy::GpsTime time,
     int count, std::span<const gnss::SatelliteId> satellites);
 
 /// The receivers of all realizations of a map, in time steps: at every point, realization d of a time has the
@@ -37,7 +37,7 @@ class ReceiverRealizations {
     return seed_of(samples_, time, draw);
   }
   /// Range errors of the first realizations.
-  [[nodiscard]] std::vector<errors::RangeErrorModel> space(geodesy::GpsTime time, int count) const {
+  [[nodiscard]] std::vector<sky::RangeErrorModel> space(geodesy::GpsTime time, int count) const {
     return range_errors_by_sample(environment_->errors().get(), samples_, time, count,
                                   environment_->sky().satellites());
   }
@@ -64,8 +64,8 @@ class ReceiverRealizations {
                                const Eigen::Vector3d& antenna_position_ecef) const;
   /// @param space by realization; empty: the epoch has no range errors
   receiver::ReceiverEpoch observe(receiver::Receiver& receiver, const Scene& scene,
-                                  std::span<const errors::RangeErrorModel> space, std::size_t draw,
-                                  const relative::Corrections* corrections = nullptr) const;
+                                  std::span<const sky::RangeErrorModel> space, std::size_t draw,
+                                  const rtk::Corrections* corrections = nullptr) const;
 
  private:
   const simulation::Environment* environment_;

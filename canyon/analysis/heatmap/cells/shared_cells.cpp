@@ -123,8 +123,8 @@ class SharedTile {
     for (const orbit::LineOfSight& line : signals.satellites) ids.push_back(line.id);
     const auto space =
         range_errors_by_sample(receiver.space.get(), receiver.samples, time, static_cast<int>(samples_), ids);
-    std::vector<errors::RangeErrorModel::Reception> receptions;
-    for (const errors::RangeErrorModel& each : space)
+    std::vector<sky::RangeErrorModel::Reception> receptions;
+    for (const sky::RangeErrorModel& each : space)
       receptions.push_back(each.reception(time, geodesy::ecef_from_geodetic(errors_.centre)));
     for (const orbit::LineOfSight& line : signals.satellites) {
       const gnss::Signal* signal = errors_.signal_of(line.id);

@@ -16,7 +16,7 @@ struct SharedReceiver {
   MonteCarloOptions samples;
   std::map<gnss::System, gnss::Klobuchar> klobuchar;
   LimitOptions limits;
-  std::shared_ptr<const errors::RangeErrorModel> space = nullptr;  ///< null: none
+  std::shared_ptr<const sky::RangeErrorModel> space = nullptr;  ///< null: none
 };
 
 /// Layers of a tile from its signals. Cells that receive the same satellites have one common solution

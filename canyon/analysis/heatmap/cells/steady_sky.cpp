@@ -62,7 +62,7 @@ SteadySky::SteadySky(const simulation::Environment& environment, const receiver:
     lines.push_back(*line);
   }
   sampled.space = range_errors_by_sample(environment.errors().get(), monte_carlo, time, lanes - 1, above);
-  for (const errors::RangeErrorModel& each : sampled.space)
+  for (const sky::RangeErrorModel& each : sampled.space)
     sampled.receptions.push_back(each.reception(time, centre_ecef));
 
   std::erase_if(lines, [&](const orbit::LineOfSight& line) { return common.signal_of(line.id) == nullptr; });

@@ -61,10 +61,10 @@ class SteadySky {
 
  private:
   struct NoiseSamples {
-    std::vector<std::uint64_t> seeds;                            ///< [draw]
-    std::vector<errors::RangeErrorModel> space;                  ///< [draw], or empty
-    std::vector<errors::RangeErrorModel::Reception> receptions;  ///< likewise, at the tile's centre
-    std::vector<disturbance::Shadowing> shadowings;              ///< [draw], or empty
+    std::vector<std::uint64_t> seeds;                         ///< [draw]
+    std::vector<sky::RangeErrorModel> space;                  ///< [draw], or empty
+    std::vector<sky::RangeErrorModel::Reception> receptions;  ///< likewise, at the tile's centre
+    std::vector<disturbance::Shadowing> shadowings;           ///< [draw], or empty
   };
   /// Code loops that already exist.
   using Locks = std::vector<std::shared_ptr<const tracking::BatchCodeLock>>;

@@ -162,8 +162,8 @@ TEST(CellMethods, HaveErrorsFromSpaceInEachDraw) {
     request.receivers = {model, 0};
     return Heatmap(environment, receiver, request, "").compute(0).values;
   };
-  environment.set_errors(std::make_shared<errors::RangeErrorModel>(
-      errors::RangeErrorOptions(), 1, environment.sky().satellites(), environment.klobuchar()));
+  environment.set_errors(std::make_shared<sky::RangeErrorModel>(
+      sky::RangeErrorOptions(), 1, environment.sky().satellites(), environment.klobuchar()));
   const std::vector<float> steady = map(ReceiverModel::SteadyState), run = map(ReceiverModel::Run);
   EXPECT_NEAR(steady[0], 0, 1e-3);
   EXPECT_NEAR(run[0], 0, 1e-3);
@@ -193,8 +193,8 @@ TEST(CellMethods, StateErrorsFromSpace) {
   simulation::Environment environment(
       city::City{}, std::make_shared<CircularSky>(std::vector{gnss::System::GPS, gnss::System::Galileo}),
       {{gnss::System::GPS, {{1e-8, 0, 0, 0}, {9e4, 0, 0, 0}}}});
-  environment.set_errors(std::make_shared<errors::RangeErrorModel>(
-      errors::RangeErrorOptions(), 1, environment.sky().satellites(), environment.klobuchar()));
+  environment.set_errors(std::make_shared<sky::RangeErrorModel>(
+      sky::RangeErrorOptions(), 1, environment.sky().satellites(), environment.klobuchar()));
   ReceiverConfig receiver = sold("ublox-m10");
   receiver.options.fix.weights.weighting = positioning::Weighting::Sigma;
   Request request;

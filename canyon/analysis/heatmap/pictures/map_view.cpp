@@ -105,7 +105,7 @@ class Writer {
 
   /// Cells of an altitude; their states are the same at all times.
   void add_cells(std::size_t altitude, const raytrace::RayScene* terrain) {
-    output::ViewRows cells(output::kViewMapCells);
+    encoding::ViewRows cells(encoding::kViewMapCells);
     const double altitude_m = map_.altitudes_m()[altitude];
     for_each_cell([&](const Eigen::Vector2d& centre) {
       const auto result = map_.at(centre, altitude_m, map_.times().front());
@@ -128,7 +128,7 @@ class Writer {
         counts_[k].add(is_signed ? std::abs(result->values[k]) : result->values[k]);
       }
     });
-    output::ViewRows rows(output::kViewMapValues);
+    encoding::ViewRows rows(encoding::kViewMapValues);
     for (const std::vector<float>& layer : values)
       for (const float value : layer) rows.add({value});
     put(fmt::format("map-{}-{}.bin.gz", altitude, time), rows,
@@ -172,10 +172,10 @@ class Writer {
         each(map_.grid().centre(column, row));
   }
 
-  void put(const std::string& name, const output::ViewRows& rows, const Json& entry) {
+  void put(const std::string& name, const encoding::ViewRows& rows, const Json& entry) {
     Json chunk{{"file", name}};
     for (const auto& [key, value] : entry.members()) chunk[key] = value;
-    chunk["bytes"] = output::write_chunk(folder_, name, {&rows});
+    chunk["bytes"] = encoding::write_chunk(folder_, name, {&rows});
     chunks_.push_back(std::move(chunk));
   }
 

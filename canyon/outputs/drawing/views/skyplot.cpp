@@ -138,10 +138,10 @@ SkyDrawing make_sky_drawing(const simulation::Environment& environment,
   drawing.title = fmt::format("{}{} at {}", options.receiver, options.receiver.empty() ? "Sky" : ": sky",
                               time_text(time));
   drawing.subtitle = fmt::format("{}\u00B0, {}\u00B0, {} m  \u00B7  {} m east, {} m north, {} m up in {}",
-                                 output::fixed(geodesy::degrees(position.latitude_rad), 6),
-                                 output::fixed(geodesy::degrees(position.longitude_rad), 6),
-                                 output::fixed(position.height_m, 1), output::fixed(antenna_enu.x(), 1),
-                                 output::fixed(antenna_enu.y(), 1), output::fixed(antenna_enu.z(), 1),
+                                 encoding::fixed(geodesy::degrees(position.latitude_rad), 6),
+                                 encoding::fixed(geodesy::degrees(position.longitude_rad), 6),
+                                 encoding::fixed(position.height_m, 1), encoding::fixed(antenna_enu.x(), 1),
+                                 encoding::fixed(antenna_enu.y(), 1), encoding::fixed(antenna_enu.z(), 1),
                                  environment.city().name);
   drawing.projection = options.projection;
   drawing.elevation_mask_rad = options.elevation_mask_rad;

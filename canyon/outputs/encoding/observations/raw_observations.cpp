@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 RawEpoch RawObservations::next(const receiver::ReceiverEpoch& seen) {
   constexpr std::int64_t kMillisecond_ns = 1'000'000;
@@ -83,7 +83,7 @@ void DeviceEpochs::receive(std::uint64_t reader, std::string_view bytes) {
   for (auto& epoch : decoder_of(reader).feed(bytes, clock_)) corrections_.push_back(std::move(epoch));
 }
 
-std::vector<std::shared_ptr<const relative::Corrections>> DeviceEpochs::take_corrections() {
+std::vector<std::shared_ptr<const rtk::Corrections>> DeviceEpochs::take_corrections() {
   return std::exchange(corrections_, {});
 }
 
@@ -116,4 +116,4 @@ std::vector<broadcast::SentMessage> ReceivedMessages::received(const simulation:
   return messages;
 }
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -16,7 +16,7 @@
 #include "canyon/simulation/epoch.hpp"
 #include "canyon/sky/broadcast/schedule.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 
 /// Tracks the continuity of one receiver's carrier phases from epoch to epoch.
 class PhaseArcs {
@@ -152,7 +152,7 @@ class DeviceEpochs {
   /// Takes bytes with RTCM 3 among others, cut anywhere, from one of several senders.
   void receive(std::uint64_t reader, std::string_view bytes);
   /// Epochs of a base in these bytes since the last call.
-  [[nodiscard]] std::vector<std::shared_ptr<const relative::Corrections>> take_corrections();
+  [[nodiscard]] std::vector<std::shared_ptr<const rtk::Corrections>> take_corrections();
   [[nodiscard]] const canyon::rtcm::DecoderStatus& corrections_status(std::uint64_t reader) {
     return decoder_of(reader).status();
   }
@@ -166,7 +166,7 @@ class DeviceEpochs {
 
   std::map<gnss::SatelliteId, int> channels_;
   transport::Readers<canyon::rtcm::CorrectionsDecoder> decoders_;
-  std::vector<std::shared_ptr<const relative::Corrections>> corrections_;
+  std::vector<std::shared_ptr<const rtk::Corrections>> corrections_;
   geodesy::GpsTime start_;
   geodesy::GpsTime clock_;  ///< of the latest epoch, by the receiver's clock
   std::optional<geodesy::GpsTime> first_fix_;
@@ -179,4 +179,4 @@ class DeviceEpochs {
 /// position error to position dilution. Empty without a dilution.
 [[nodiscard]] std::optional<double> clock_sigma_m(const positioning::Fix& fix);
 
-}  // namespace canyon::output
+}  // namespace canyon::encoding

@@ -7,7 +7,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
-namespace canyon::output {
+namespace canyon::encoding {
 namespace {
 
 using geodesy::kSpeedOfLight;
@@ -75,4 +75,4 @@ TEST(RawObservations, RangesOfASteeredClockHaveNoBias) {
 }
 
 }  // namespace
-}  // namespace canyon::output
+}  // namespace canyon::encoding

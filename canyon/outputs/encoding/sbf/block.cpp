@@ -11,7 +11,7 @@
 #include "canyon/base/payload.hpp"
 #include "canyon/receiver/positioning/fix_codes.hpp"
 
-namespace canyon::output::sbf {
+namespace canyon::encoding::sbf {
 namespace {
 
 using positioning::Fix;
@@ -526,4 +526,4 @@ std::string message_block(const broadcast::SentMessage& message, geodesy::GpsTim
   return block({number}, time, p.bytes());
 }
 
-}  // namespace canyon::output::sbf
+}  // namespace canyon::encoding::sbf

@@ -13,7 +13,7 @@
 #include "canyon/sky/gnss/satellite_id.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
-namespace canyon::output::sbf {
+namespace canyon::encoding::sbf {
 
 // Blocks of Septentrio's binary format SBF (PolaRx5TR Reference Guide, firmware 5.5.0, chapter 4): "$@",
 // CRC, ID, length, time of week and week, body; numbers little-endian, lengths multiples of four bytes.
@@ -70,4 +70,4 @@ inline constexpr std::array kBlocks{
 /// The number of raw_block()'s block; 0 for systems without one.
 [[nodiscard]] std::uint16_t message_number(gnss::System system);
 
-}  // namespace canyon::output::sbf
+}  // namespace canyon::encoding::sbf

@@ -6,7 +6,7 @@
 
 #include "canyon/base/geodesy/time_scales.hpp"
 
-namespace canyon::output::sbf {
+namespace canyon::encoding::sbf {
 namespace {
 
 using gnss::System;
@@ -69,4 +69,4 @@ TEST(SbfBlock, PlacesSignalsOfAStatusField) {
 }
 
 }  // namespace
-}  // namespace canyon::output::sbf
+}  // namespace canyon::encoding::sbf

@@ -8,7 +8,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/outputs/encoding/sbf/block.hpp"
 
-namespace canyon::output::sbf {
+namespace canyon::encoding::sbf {
 namespace {
 
 constexpr std::string_view kPort = "COM1";
@@ -191,4 +191,4 @@ bool SbfCommands::is_due(std::uint16_t block, std::int64_t epoch_ms) {
   return std::exchange(previous_rotation_[block], round) != round;
 }
 
-}  // namespace canyon::output::sbf
+}  // namespace canyon::encoding::sbf

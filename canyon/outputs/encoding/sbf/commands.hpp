@@ -11,7 +11,7 @@
 
 #include "canyon/paths/disturbance/faults/receiver_faults.hpp"
 
-namespace canyon::output::sbf {
+namespace canyon::encoding::sbf {
 
 /// The command line of one connection of a Septentrio receiver (PolaRx5TR Reference Guide, chapter 3), as
 /// used by drivers: selection and rate of blocks, the line's speed, restarts. Other commands of the guide are
@@ -62,4 +62,4 @@ class SbfCommands {
   std::optional<disturbance::RestartKind> restart_;
 };
 
-}  // namespace canyon::output::sbf
+}  // namespace canyon::encoding::sbf

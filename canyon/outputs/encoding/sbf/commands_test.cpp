@@ -5,7 +5,7 @@
 
 #include "canyon/outputs/encoding/sbf/block.hpp"
 
-namespace canyon::output::sbf {
+namespace canyon::encoding::sbf {
 namespace {
 
 using ::testing::HasSubstr;
@@ -84,4 +84,4 @@ TEST(SbfCommands, OtherBytesAreNotCommands) {
 }
 
 }  // namespace
-}  // namespace canyon::output::sbf
+}  // namespace canyon::encoding::sbf

@@ -9,7 +9,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/outputs/encoding/ubx/messages.hpp"
 
-namespace canyon::output::ubx {
+namespace canyon::encoding::ubx {
 namespace {
 
 constexpr MessageId kAcknowledge = 0x0501, kRefuse = 0x0500, kVersion = 0x0A04, kGnss = 0x063E,
@@ -376,4 +376,4 @@ void UbxCommands::take_line(std::string_view sentence) {
            hexadecimal(fields[4]));
 }
 
-}  // namespace canyon::output::ubx
+}  // namespace canyon::encoding::ubx

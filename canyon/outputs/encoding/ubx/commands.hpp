@@ -12,7 +12,7 @@
 #include "canyon/paths/disturbance/faults/receiver_faults.hpp"
 #include "canyon/sky/gnss/satellite_id.hpp"
 
-namespace canyon::output::ubx {
+namespace canyon::encoding::ubx {
 
 /// Responses of a device to polls.
 class Outputs {
@@ -81,4 +81,4 @@ class UbxCommands {
   std::uint64_t reported_baud_;
 };
 
-}  // namespace canyon::output::ubx
+}  // namespace canyon::encoding::ubx

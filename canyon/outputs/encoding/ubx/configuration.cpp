@@ -6,7 +6,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"
 
-namespace canyon::output::ubx {
+namespace canyon::encoding::ubx {
 namespace {
 
 // Keys: UBX-22008968, 6.9.14 (CFG-MSGOUT). ID, key, M8, F9, rate, generated.
@@ -216,4 +216,4 @@ std::string* Configuration::block(MessageId id) {
   return found == blocks_.end() ? nullptr : &found->second;
 }
 
-}  // namespace canyon::output::ubx
+}  // namespace canyon::encoding::ubx

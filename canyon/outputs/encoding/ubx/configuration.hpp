@@ -11,7 +11,7 @@
 #include "canyon/outputs/encoding/ubx/frame.hpp"
 #include "canyon/simulation/scenario/outputs.hpp"
 
-namespace canyon::output::ubx {
+namespace canyon::encoding::ubx {
 
 using Generation = simulation::UbxGeneration;
 
@@ -111,4 +111,4 @@ class Configuration {
 /// Size of a key's value in bytes, by its bits 30 to 28; 0: no key.
 [[nodiscard]] int value_size(std::uint32_t key);
 
-}  // namespace canyon::output::ubx
+}  // namespace canyon::encoding::ubx

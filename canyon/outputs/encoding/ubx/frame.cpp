@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-namespace canyon::output::ubx {
+namespace canyon::encoding::ubx {
 namespace {
 
 constexpr char kSync1 = '\xB5', kSync2 = '\x62';
@@ -89,4 +89,4 @@ void UbxParser::receive(std::string_view bytes, const Handlers& handlers) {
   }
 }
 
-}  // namespace canyon::output::ubx
+}  // namespace canyon::encoding::ubx

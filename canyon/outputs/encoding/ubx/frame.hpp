@@ -11,7 +11,7 @@
 // Interface Description UBX-22008968, chapter 3): 0xB5 0x62, class, ID, length, payload, Fletcher checksum;
 // numbers little-endian.
 
-namespace canyon::output::ubx {
+namespace canyon::encoding::ubx {
 
 /// Class and ID of a message, class in the high byte: 0x0107 is NAV-PVT.
 using MessageId = std::uint16_t;
@@ -42,4 +42,4 @@ class UbxParser {
   std::string waiting_;  ///< begins with the possible start of a frame or a line
 };
 
-}  // namespace canyon::output::ubx
+}  // namespace canyon::encoding::ubx

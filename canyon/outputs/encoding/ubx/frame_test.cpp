@@ -4,7 +4,7 @@
 
 #include <chrono>
 
-namespace canyon::output::ubx {
+namespace canyon::encoding::ubx {
 namespace {
 
 std::string bytes(std::initializer_list<unsigned> values) {
@@ -85,4 +85,4 @@ TEST(UbxParser, HoldsLittleAndIsQuickWhateverComes) {
 }
 
 }  // namespace
-}  // namespace canyon::output::ubx
+}  // namespace canyon::encoding::ubx

@@ -5,7 +5,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/outputs/encoding/ubx/messages.hpp"
 
-namespace canyon::output::ubx {
+namespace canyon::encoding::ubx {
 namespace {
 
 using positioning::Fusion;
@@ -110,4 +110,4 @@ std::string esf_status(const UbxEpoch& epoch) {
   return p.bytes();
 }
 
-}  // namespace canyon::output::ubx
+}  // namespace canyon::encoding::ubx

@@ -14,7 +14,7 @@
 #include "canyon/outputs/encoding/ubx/frame.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
-namespace canyon::output::ubx {
+namespace canyon::encoding::ubx {
 
 // Payloads of the messages that the device sends, field by field as in UBX-13003221 (M8) and UBX-22008968
 // (F9); each has its ID and section. Without a solved fix, coordinates are 0, accuracies have their maximum
@@ -118,4 +118,4 @@ struct SatelliteName {
 /// L1OF.
 [[nodiscard]] std::uint8_t message_signal(gnss::SatelliteId id);
 
-}  // namespace canyon::output::ubx
+}  // namespace canyon::encoding::ubx

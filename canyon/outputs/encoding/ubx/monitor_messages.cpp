@@ -7,7 +7,7 @@
 
 // u-blox defines a range but no unit for these fields; docs/outputs.md describes Canyon's values.
 
-namespace canyon::output::ubx {
+namespace canyon::encoding::ubx {
 namespace {
 
 struct Band {
@@ -30,10 +30,10 @@ Band band(const UbxEpoch& epoch, int block) {
   return worst;
 }
 
-/// 0 unknown, else as output::jamming_state().
+/// 0 unknown, else as encoding::jamming_state().
 std::uint64_t jamming_state(const UbxEpoch& epoch, const Band& band) {
   if (!epoch.jamming_monitor || !band.known) return 0;
-  return output::jamming_state(band.interference, epoch.seen.fix);
+  return encoding::jamming_state(band.interference, epoch.seen.fix);
 }
 
 std::uint64_t noise_per_ms(const Band& band) {
@@ -175,4 +175,4 @@ std::string version_payload(Generation generation) {
   return p.bytes();
 }
 
-}  // namespace canyon::output::ubx
+}  // namespace canyon::encoding::ubx

@@ -9,7 +9,7 @@
 #include "canyon/outputs/encoding/ubx/messages.hpp"
 #include "canyon/receiver/positioning/fix_codes.hpp"
 
-namespace canyon::output::ubx {
+namespace canyon::encoding::ubx {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();  // a field's maximum value
@@ -374,4 +374,4 @@ std::string payload(MessageId id, const UbxEpoch& epoch) {
   return Payload().u4(itow(epoch)).bytes();  // NAV-EOE, 3.15.5
 }
 
-}  // namespace canyon::output::ubx
+}  // namespace canyon::encoding::ubx

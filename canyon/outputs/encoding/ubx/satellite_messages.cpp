@@ -8,7 +8,7 @@
 #include "canyon/receiver/positioning/least_squares.hpp"
 #include "canyon/sky/gnss/navigation_data.hpp"
 
-namespace canyon::output::ubx {
+namespace canyon::encoding::ubx {
 namespace {
 
 using gnss::System;
@@ -232,4 +232,4 @@ std::uint8_t message_signal(gnss::SatelliteId id) {
   return id.system == System::Galileo || gnss::is_beidou_geo(id) ? 1 : 0;
 }
 
-}  // namespace canyon::output::ubx
+}  // namespace canyon::encoding::ubx

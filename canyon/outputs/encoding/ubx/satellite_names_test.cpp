@@ -15,7 +15,7 @@
 #include "canyon/sky/broadcast/messages.hpp"
 #include "tests/support/shared_data.hpp"
 
-namespace canyon::output::ubx {
+namespace canyon::encoding::ubx {
 namespace {
 
 /// The signal with a number that a satellite of a system sends, or null.
@@ -151,4 +151,4 @@ TEST(BeiDouWords, OfARealReceiverHaveTheParityOfTheirHalves) {
 }
 
 }  // namespace
-}  // namespace canyon::output::ubx
+}  // namespace canyon::encoding::ubx
