@@ -154,7 +154,7 @@ class GltfDecoder {
     if (required == nullptr) return;
     for (const Json& name : *required)
       if (!can_read(name.text()))
-        throw InputError(fmt::format("requires the unsupported glTF extension '{}'", name.text()));
+        throw InputError(fmt::format("requires the glTF extension '{}' (not supported)", name.text()));
   }
 
   static std::string name_of(const Json& object) { return text_member(object, "name").substr(0, kMaxName); }

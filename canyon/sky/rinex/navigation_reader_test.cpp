@@ -546,8 +546,8 @@ TEST(RinexNavigation, ADamagedRecordIsLostAlone) {
       {"G05 2019", "G00 2019", "'G00' is not a satellite"},
       {"G05 2019", "?05 2019", "'?05' is not a satellite"},
       {"     1.812353730202e-06 5.041313482914e-03 9.221956133842e-06 5.153679471970e+03\n", "",
-       "7 lines where 8"},
-      {"     1.812353730202e-06", "     1.8\n     1.812353730202e-06", "9 lines where 8"},
+       "7 lines instead of 8"},
+      {"     1.812353730202e-06", "     1.8\n     1.812353730202e-06", "9 lines instead of 8"},
       {"9.600000000000e+01", "9.650000000000e+01", "issue of data 96.5 is not a whole number"},
       {"     4.320000000000e+04", "   -4.320000000000e+04", "line 4 of the record begins in its indentation"},
   };

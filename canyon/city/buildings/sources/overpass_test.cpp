@@ -204,7 +204,7 @@ TEST_F(Overpass, ARefusalIsNotRepeated) {
 TEST_F(Overpass, WhatIsNoWholeMapIsNotKept) {
   EXPECT_THAT(download_problem({reply("200 OK", "<!DOCTYPE html><html><title>Login</title></html>")}),
               HasSubstr("something other than OpenStreetMap XML: Login"));
-  EXPECT_THAT(download_problem({reply("200 OK", "")}), HasSubstr("not OpenStreetMap XML"));
+  EXPECT_THAT(download_problem({reply("200 OK", "")}), HasSubstr("other than OpenStreetMap XML"));
   // The server stops inside the document, with and without a content length.
   EXPECT_THAT(download_problem({reply("200 OK", map_.substr(0, map_.size() / 2))}),
               HasSubstr("ends early, after"));
@@ -349,7 +349,7 @@ TEST_F(Overpass, SaysWhyAPlaceHasNoBox) {
               AllOf(HasSubstr("names several places that are far apart, relation/"),
                     HasSubstr("add the region or country")));
   EXPECT_THAT(logged(area_query(R"({"type":"relation","id":1,"bounds":[1,2]})")),
-              HasSubstr("not a list of places"));
+              HasSubstr("other than a list of places"));
   EXPECT_THAT(logged(reply("200 OK", "<html>Login</html>")), HasSubstr("other than a list of places: Login"));
   EXPECT_THAT(logged(reply("200 OK", R"({"elements":[],"remark":"runtime error: out of memory"})")),
               HasSubstr("aborted: runtime error: out of memory"));
