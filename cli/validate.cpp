@@ -172,7 +172,7 @@ class RecordingValidator : public RecordedDrive {
   }
 
   void write_view(const std::filesystem::path& folder) const {
-    view::ComparisonInput view;
+    validation::ComparisonInput view;
     view.title =
         (prefix_.empty() ? scenario_.file.stem().string() : recorded_.name) + ", recorded and simulated";
     view.environment = environment_.get();
@@ -180,7 +180,7 @@ class RecordingValidator : public RecordedDrive {
     view.first = part_.first;
     view.count = part_.count;
     view.elevation_mask_deg = geodesy::degrees(scenario_.receivers.front().options.fix.elevation_mask_rad);
-    view::write_comparison(view, folder);
+    validation::write_comparison(view, folder);
   }
   [[nodiscard]] std::string json() const {
     return validation::to_json(metrics_,

@@ -81,7 +81,7 @@ struct ViewedMap {
   buildings::BuiltCity city;  ///< of --city, else an empty field around the map
 
   void add_to(const std::filesystem::path& folder) const {
-    if (map) view::add_map(*map, name, city.city, folder);
+    if (map) heatmap::add_map(*map, name, city.city, folder);
   }
 };
 
@@ -108,7 +108,7 @@ ViewedMap viewed_map(const ViewArguments& arguments, bool finished) {
       fmt::format("{}, receiver {}", std::filesystem::path(file).stem().string(), viewed.map->motion());
   const std::string city = !arguments.city.empty() ? arguments.city : viewed.alone ? "" : arguments.input;
   if (city.empty())
-    viewed.city.city = view::field_of(*viewed.map);
+    viewed.city.city = heatmap::field_of(*viewed.map);
   else
     viewed.city = read_city(city_config(city), "building the city", arguments.serve.quiet);
   return viewed;
@@ -227,16 +227,16 @@ std::unique_ptr<view::Probe> probe_of_validation(const ViewArguments& arguments,
   const simulation::Scenario scenario = simulation::read_scenario(arguments.city, {false});
   city::City city = simulation::load_city(simulation::city_config(scenario), scenario.seed);
   print_report(city.notes, "canyon check SCENARIO");
-  return view::comparison_probe(folder, scenario, std::make_shared<simulation::CityScene>(std::move(city)),
-                                arguments.paths);
+  return validation::comparison_probe(
+      folder, scenario, std::make_shared<simulation::CityScene>(std::move(city)), arguments.paths);
 }
 
 /// Uses the scenario of --city, which must be that of the finished run or validation.
 Antennas antennas_in_finished(const ViewArguments& arguments, const std::filesystem::path& folder) {
   Antennas antennas;
   try {
-    antennas.probe = view::is_comparison(folder) ? probe_of_validation(arguments, folder)
-                                                 : probe_of_run(arguments, folder);
+    antennas.probe = validation::is_comparison(folder) ? probe_of_validation(arguments, folder)
+                                                       : probe_of_run(arguments, folder);
   } catch (const InputError& error) {
     if (arguments.map.empty()) throw;
     antennas.why_not = error.what();  // only the city was requested

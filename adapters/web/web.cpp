@@ -189,7 +189,7 @@ Json map(const Json& given) {
   heatmap::check_box({{box[0], box[1]}, {box[2], box[3]}}, city);
   const heatmap::Heatmap heat(shown.simulation->environment(), scenario.receivers.front(), std::move(request),
                               "");
-  view::add_map(ComputedMap(heat, city.frame), "heat map", city, "out/view");
+  heatmap::add_map(ComputedMap(heat, city.frame), "heat map", city, "out/view");
   view::export_page("viewer.html", "out/view", "out/page.html");
   return Json::object();
 }

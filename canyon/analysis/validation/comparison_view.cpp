@@ -21,14 +21,13 @@
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 
-namespace canyon::view {
+namespace canyon::validation {
+
+using namespace view;
+
 namespace {
 
 using Eigen::Vector3d;
-using validation::ComparedEpoch;
-using validation::ComparedSatellite;
-using validation::Comparison;
-using validation::Side;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 /// Only the direct path is known.
@@ -80,12 +79,11 @@ class ComparisonView {
     header_.title = input_.title;
     header_.city = write_city(input_.environment->city(), {}, folder_);
     header_.begin = epoch(0).time;
-    header_.interval_s =
-        validation::interval_of(std::span(comparison_.epochs).subspan(input_.first, input_.count));
+    header_.interval_s = interval_of(std::span(comparison_.epochs).subspan(input_.first, input_.count));
     header_.paths_per_satellite = kPathsKept;
     header_.satellites.assign(ids_.begin(), ids_.end());
     const auto words = std::make_shared<encoding::ViewWords>();
-    for (const Side side : validation::kSides) add_receiver(side, words);
+    for (const Side side : kSides) add_receiver(side, words);
     header_.words = *words;
     write_header(header_, folder_);
     extend();
@@ -132,7 +130,7 @@ class ComparisonView {
   /// Adds an epoch and its satellites. @param yaw_rad of the previous epoch, then of this one
   simulation::Epoch add_epoch(Side side, std::size_t i, Recorder& recorder, double& yaw_rad) const {
     const ComparedEpoch& e = epoch(i);
-    const validation::ComparedFix& fix = e.fix.of(side);
+    const ComparedFix& fix = e.fix.of(side);
     simulation::Epoch row;
     row.truth.velocity_enu_mps = velocity(i);
     // A stationary car keeps its last heading.
@@ -198,7 +196,7 @@ class ComparisonView {
           {recorded.root(), simulated.root(), difference.root(), static_cast<double>(difference.count())});
     }
     Json streets = Json::array();
-    for (const validation::StreetSegment& s : comparison_.segments) {
+    for (const StreetSegment& s : comparison_.segments) {
       const std::size_t from = std::max(s.first, input_.first);
       const std::size_t end = std::min(s.first + s.count, input_.first + input_.count);
       if (from >= end) continue;
@@ -258,4 +256,4 @@ std::unique_ptr<Probe> comparison_probe(const std::filesystem::path& folder, sim
   return std::make_unique<Probe>(scenario, begin, interval_s, std::move(scene), paths_per_satellite);
 }
 
-}  // namespace canyon::view
+}  // namespace canyon::validation

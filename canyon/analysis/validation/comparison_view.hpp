@@ -10,14 +10,16 @@
 #include "canyon/simulation/scenario/fwd.hpp"
 
 namespace canyon::view {
-
 class Probe;
+}
+
+namespace canyon::validation {
 
 /// The contents of a view of a validation.
 struct ComparisonInput {
   std::string title;
   const simulation::Environment* environment = nullptr;  ///< not null: city, and rays for skylines
-  const validation::Comparison* comparison = nullptr;    ///< not null
+  const Comparison* comparison = nullptr;                ///< not null
   std::size_t first = 0, count = 0;                      ///< of its epochs
   double elevation_mask_deg = 0;                         ///< of both fixes
 };
@@ -34,9 +36,9 @@ void write_comparison(const ComparisonInput& input, const std::filesystem::path&
 /// Antennas in the view of a comparison, at its times, with the scenario's first receiver, which is the
 /// simulated one; in the city at the scenario's position. Throws InputError if the view has other walls than
 /// `scene`, and as Probe does.
-[[nodiscard]] std::unique_ptr<Probe> comparison_probe(const std::filesystem::path& folder,
-                                                      simulation::Scenario scenario,
-                                                      std::shared_ptr<simulation::CityScene> scene,
-                                                      std::size_t paths_per_satellite);
+[[nodiscard]] std::unique_ptr<view::Probe> comparison_probe(const std::filesystem::path& folder,
+                                                            simulation::Scenario scenario,
+                                                            std::shared_ptr<simulation::CityScene> scene,
+                                                            std::size_t paths_per_satellite);
 
-}  // namespace canyon::view
+}  // namespace canyon::validation

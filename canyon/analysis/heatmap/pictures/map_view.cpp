@@ -18,11 +18,11 @@
 #include "canyon/outputs/encoding/view_tables.hpp"
 #include "canyon/outputs/view/header.hpp"
 
-namespace canyon::view {
+namespace canyon::heatmap {
+
+using namespace view;
+
 namespace {
-using heatmap::ColourScale;
-using heatmap::Grid;
-using heatmap::MapReader;
 
 constexpr double kNoHeight = std::numeric_limits<double>::quiet_NaN();
 /// Positions of one frame that differ by less than this in another are the same [m].
@@ -46,19 +46,19 @@ std::string_view progression_word(ColourScale::Progression progression) {
   return kWords.at(static_cast<std::size_t>(progression));
 }
 
-std::string_view bar_word(const heatmap::LayerStyle& style) {
-  if (style.colours == &heatmap::cividis) return "cividis";
-  return style.colours == &heatmap::orange_purple ? "orange-purple" : "inferno";
+std::string_view bar_word(const LayerStyle& style) {
+  if (style.colours == &cividis) return "cividis";
+  return style.colours == &orange_purple ? "orange-purple" : "inferno";
 }
 
-Json layer_json(heatmap::Layer layer, const heatmap::ValueCounts& values) {
-  const heatmap::LayerInfo& info = heatmap::info(layer);
-  const ColourScale scale = heatmap::make_colour_scale(layer, values);
+Json layer_json(Layer layer, const ValueCounts& values) {
+  const LayerInfo& info = heatmap::info(layer);
+  const ColourScale scale = make_colour_scale(layer, values);
   return {{"name", info.name},
           {"title", info.long_name},
-          {"unit", scale.style.kind == heatmap::ValueKind::Fraction ? "%" : scale.unit},
-          {"factor", scale.style.kind == heatmap::ValueKind::Fraction ? 100 : 1},
-          {"decimals", scale.style.kind == heatmap::ValueKind::Count ? 0 : 2},
+          {"unit", scale.style.kind == ValueKind::Fraction ? "%" : scale.unit},
+          {"factor", scale.style.kind == ValueKind::Fraction ? 100 : 1},
+          {"decimals", scale.style.kind == ValueKind::Count ? 0 : 2},
           {"low", scale.low},
           {"high", scale.high},
           {"progression", progression_word(scale.progression)},
@@ -81,7 +81,7 @@ void check_position(const MapReader& map, const city::City& city) {
 /// z of a cell's centre in the city's frame, as in the map's engine [m]; NaN without terrain.
 double cell_height(const MapReader& map, const Eigen::Vector2d& centre, double altitude_m,
                    const raytrace::RayScene* terrain) {
-  if (map.altitude_kind() == heatmap::AltitudeKind::AboveTerrain) {
+  if (map.altitude_kind() == AltitudeKind::AboveTerrain) {
     return terrain == nullptr
                ? altitude_m
                : terrain->terrain_height(centre.x(), centre.y()).value_or(kNoHeight) + altitude_m;
@@ -124,7 +124,7 @@ class Writer {
       const auto result = map_.at(centre, map_.altitudes_m()[altitude], map_.times()[time]);
       for (std::size_t k = 0; k < layers; ++k) {
         values[k].push_back(result->values[k]);
-        const bool is_signed = heatmap::style_of(map_.layers()[k]).kind == heatmap::ValueKind::SignedLength;
+        const bool is_signed = style_of(map_.layers()[k]).kind == ValueKind::SignedLength;
         counts_[k].add(is_signed ? std::abs(result->values[k]) : result->values[k]);
       }
     });
@@ -141,24 +141,22 @@ class Writer {
     for (std::size_t k = 0; k < counts_.size(); ++k)
       layers.push_back(layer_json(map_.layers()[k], counts_[k]));
     for (const geodesy::GpsTime time : map_.times()) times.push_back(geodesy::format_utc(time));
-    return {{"name", name},
-            {"grid",
-             {{"west_m", grid.west_m},
-              {"south_m", grid.south_m},
-              {"spacing_m", grid.spacing_m},
-              {"columns", grid.columns},
-              {"rows", grid.rows}}},
-            {"altitudes_m", map_.altitudes_m()},
-            {"altitude_above",
-             map_.altitude_kind() == heatmap::AltitudeKind::AboveTerrain ? "terrain" : "ellipsoid"},
-            {"times_utc", times},
-            {"layers", layers},
-            {"states",
-             {"computed", "inside a building", "under the terrain", "outside the map's area", "no terrain"}},
-            {"colours",
-             {{"inferno", bar(&heatmap::inferno)},
-              {"cividis", bar(&heatmap::cividis)},
-              {"orange-purple", bar(&heatmap::orange_purple)}}}};
+    return {
+        {"name", name},
+        {"grid",
+         {{"west_m", grid.west_m},
+          {"south_m", grid.south_m},
+          {"spacing_m", grid.spacing_m},
+          {"columns", grid.columns},
+          {"rows", grid.rows}}},
+        {"altitudes_m", map_.altitudes_m()},
+        {"altitude_above", map_.altitude_kind() == AltitudeKind::AboveTerrain ? "terrain" : "ellipsoid"},
+        {"times_utc", times},
+        {"layers", layers},
+        {"states",
+         {"computed", "inside a building", "under the terrain", "outside the map's area", "no terrain"}},
+        {"colours",
+         {{"inferno", bar(&inferno)}, {"cividis", bar(&cividis)}, {"orange-purple", bar(&orange_purple)}}}};
   }
   [[nodiscard]] const Json& chunks() const { return chunks_; }
 
@@ -181,7 +179,7 @@ class Writer {
 
   const MapReader& map_;
   const std::filesystem::path& folder_;
-  std::vector<heatmap::ValueCounts> counts_;
+  std::vector<ValueCounts> counts_;
   Json chunks_ = Json::array();
 };
 
@@ -212,4 +210,4 @@ city::City field_of(const MapReader& map) {
   return city;
 }
 
-}  // namespace canyon::view
+}  // namespace canyon::heatmap

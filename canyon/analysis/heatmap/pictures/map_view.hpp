@@ -7,7 +7,7 @@
 #include "canyon/analysis/heatmap/engine/map_source.hpp"
 #include "canyon/city/city.hpp"
 
-namespace canyon::view {
+namespace canyon::heatmap {
 
 /// Maximum number of cells shown: pages, and textures of graphics processors, have limits.
 inline constexpr std::size_t kMaxMapCells = std::size_t{1} << 22;
@@ -21,10 +21,10 @@ inline constexpr std::size_t kMaxMapColumns = 8192;
 /// @param city ground of altitudes above the terrain, as in the map: z = 0 if it has no terrain. Throws
 /// InputError if the map is not at the city's position, has more than kMaxMapCells or kMaxMapColumns, has a
 /// damaged tile, or the folder has no view or is not writable.
-void add_map(const heatmap::MapReader& map, const std::string& name, const city::City& city,
+void add_map(const MapReader& map, const std::string& name, const city::City& city,
              const std::filesystem::path& folder);
 
 /// An empty city at the map's position: shown under a map if no city is given.
-[[nodiscard]] city::City field_of(const heatmap::MapReader& map);
+[[nodiscard]] city::City field_of(const MapReader& map);
 
-}  // namespace canyon::view
+}  // namespace canyon::heatmap
