@@ -58,7 +58,7 @@ simulation::Profile base_profile(const std::string& name) {
 std::vector<std::string> scenario_lines(const calibration::Calibration& result) {
   std::vector<std::string> lines;
   if (const auto fraction = calibration::fitted_glass(result)) {
-    lines.push_back(fmt::format("city: {{facades: {{shares: [{}]}}}}",
+    lines.push_back(fmt::format("city: {{facades: {{fractions: [{}]}}}}",
                                 fmt::join(calibration::facade_fractions(*fraction), ", ")));
   }
   if (const auto fraction = result.values.find(calibration::kSkylineFraction);

@@ -84,8 +84,8 @@ void add_city_options(Command& command, CityArguments& arguments) {
   add_change(command, "--lod", arguments.model, "lod");
   add_change(command, "--crs", arguments.model, "crs");
   add_change(command, "--error", arguments.tiles, "error_m");
-  add_change(command, "--most-tiles", arguments.tiles, "most_tiles");
-  add_switch(command, "--elsewhere", arguments.tiles, "elsewhere");
+  add_change(command, "--max-tiles", arguments.tiles, "max_tiles").formerly("--most-tiles");
+  add_switch(command, "--allow-external", arguments.tiles, "allow_external").formerly("--elsewhere");
 }
 
 void add_georeference_options(Command& command, CityArguments& arguments) {
@@ -105,7 +105,7 @@ void change_city(simulation::CityConfig& config, const CityArguments& arguments,
   };
   if (!map && !arguments.model.empty()) throw no_effect("--lod and --crs", "a map");
   if (!tileset && !arguments.tiles.empty())
-    throw no_effect("--error, --most-tiles and --elsewhere", "3D Tiles");
+    throw no_effect("--error, --max-tiles and --allow-external", "3D Tiles");
   make(arguments.sea_level, config.sea_level);
   if (map) make(arguments.model, map->model);
   if (tileset) make(arguments.tiles, *tileset);

@@ -21,7 +21,7 @@ struct CityArguments {
   Changes<buildings::TerrainOptions> sea_level;
   Changes<tiles::TileOptions> tiles;
 };
-/// Adds --lod, --crs, --error, --most-tiles, --elsewhere and --bbox.
+/// Adds --lod, --crs, --error, --max-tiles, --allow-external and --bbox.
 /// @param arguments must live as long as the command
 void add_city_options(Command& command, CityArguments& arguments);
 /// Adds --origin, --geoid and --geoid-undulation.

@@ -80,9 +80,10 @@ void warn_of_few_samples(std::size_t count, std::string_view option) {
 }
 
 Option& add_fixed_unknowns(Command& command, std::string& known) {
-  return command.add_option(
-      "--known", known, "LIST",
-      fmt::format("unknowns that are not sampled, of {}", fmt::join(unknowns::names(), ", ")));
+  return command
+      .add_option("--fixed-unknowns", known, "LIST",
+                  fmt::format("unknowns that are not sampled, of {}", fmt::join(unknowns::names(), ", ")))
+      .formerly("--known");
 }
 
 void warn_of_no_zone(std::string_view instant) {

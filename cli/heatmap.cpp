@@ -402,7 +402,7 @@ Examples:
   canyon heatmap city.yaml --out out/paper --model mirror --spacing 1 --altitude 15
   canyon heatmap city.yaml --out out/day --bbox 114.170,22.298,114.176,22.304 --times day/15min
   canyon heatmap city.yaml --out out/risk --area flight.geojson --altitude 30,60,90 \
-      --layers horizontal_error_p95,availability --draws 200 --format netcdf
+      --layers horizontal_error_p95,availability --samples 200 --format netcdf
   canyon heatmap city.yaml --out out/landing --altitude 5 --error-limit 3 --alert-limit 25 \
       --layers horizontal_error_exceedance,protected_availability
   canyon heatmap query out/risk/map.nc --path route.csv --altitude 60
@@ -443,9 +443,10 @@ void add_heatmap(Command& app) {
   command.add_option("--format", arguments.formats, "LIST", "netcdf,geotiff,png or all (all)");
   command.add_option(
       "--model", arguments.model, "MODEL",
-      "propagation model instead of the scenario's, a step of `canyon validate --ladder`: " + model_list());
+      "propagation model instead of the scenario's, a step of `canyon validate --cumulative-models`: " +
+          model_list());
   command.add_option("--receiver", arguments.receiver, "NAME", "one of the scenario's receivers (the first)");
-  add_field(command, "--draws", arguments.noise, "draws");
+  add_field(command, "--samples", arguments.noise, "draws").formerly("--draws");
   add_field(command, "--receivers", arguments.receivers, "model");
   add_field(command, "--path-nodes", arguments.receivers, "path_nodes_m");
   add_field(command, "--motion", arguments.motion, "motion");

@@ -136,7 +136,7 @@ int run_count(const HeatmapArguments& arguments) {
 MapRuns::MapRuns(const HeatmapArguments& arguments, const simulation::Scenario& scenario)
     : count_(run_count(arguments)),
       scenario_(scenario),
-      known_(for_option("--known", [&] { return unknowns::unknowns_of(arguments.known); })) {
+      known_(for_option("--fixed-unknowns", [&] { return unknowns::unknowns_of(arguments.known); })) {
   if (arguments.unknowns) samples_.emplace(scenario.seed, static_cast<std::size_t>(count_), known_);
 }
 
@@ -211,7 +211,7 @@ std::string command_of(const HeatmapArguments& arguments, const heatmap::Request
   add("--receiver", arguments.receiver);
   if (std::any_of(request.layers.begin(), request.layers.end(),
                   [](heatmap::Layer layer) { return heatmap::info(layer).needs_samples; }))
-    add("--draws", std::to_string(request.samples.samples));
+    add("--samples", std::to_string(request.samples.samples));
   if (!(request.receivers == heatmap::CellReceiverOptions{})) {
     add("--receivers", request.receivers.model == heatmap::ReceiverModel::Run ? "run" : "steady_state");
     add("--path-nodes", fmt::format("{:g}", request.receivers.path_nodes_m));
@@ -231,7 +231,7 @@ std::string command_of(const HeatmapArguments& arguments, const heatmap::Request
     add("--rtk-time", std::to_string(limits.rtk_s));
   if (arguments.runs > 1) add("--runs", std::to_string(arguments.runs));
   if (arguments.unknowns) add("--unknowns", std::to_string(*arguments.unknowns));
-  add("--known", arguments.known);
+  add("--fixed-unknowns", arguments.known);
   add("--seed", std::to_string(request.samples.seed));
   if (arguments.grid.tile_size > 0) add("--tile", std::to_string(arguments.grid.tile_size));
   return text;

@@ -63,7 +63,7 @@ void add_drive_options(Command& command, DriveArguments& arguments) {
       "estimate the city's offset on the first part of the recording; metrics are then of the rest");
   command.add_flag("--align-heading", arguments.alignment.heading, "also estimate its heading")
       .needs("--align");
-  add_field(command, "--reach", arguments.alignment, "reach_m").needs("--align");
+  add_field(command, "--search-radius", arguments.alignment, "reach_m").formerly("--reach").needs("--align");
   command.add_option("--split", arguments.split, "FRACTION", "fraction of epochs in the first part (0.5)");
   command.add_flag("--no-atmosphere", arguments.no_atmosphere,
                    "recordings are simulated ones without ionosphere and troposphere");
@@ -296,14 +296,14 @@ void RecordedDrive::align() {
       validation::align(recording_, *environment_, scenario_.receivers.front().options.fix.elevation_mask_rad,
                         0, first_part_.count, align_options_);
   if (alignment_->at_border) {
-    warn({fmt::format("the best city offset is at the edge of the search; increase --reach (now {})",
+    warn({fmt::format("the best city offset is at the edge of the search; increase --search-radius (now {})",
                       align_options_.reach_m)});
   }
   const double sigma_m = std::max(alignment_->sigma_east_m, alignment_->sigma_north_m);
   if (alignment_->score < kTellingScore || sigma_m > align_options_.reach_m / 4) {
     warn(
         {fmt::format("the recording does not determine the city's offset (mean AUC {:.2f}, +- {:.1f} m): "
-                     "check the scenario's origin and offset, or search farther with --reach {:g}",
+                     "check the scenario's origin and offset, or search farther with --search-radius {:g}",
                      alignment_->score, sigma_m, std::min(200.0, 4 * align_options_.reach_m))});
   }
 }

@@ -384,7 +384,10 @@ void add_validate(Command& app) {
   command.add_option("--models", arguments.models, "LIST",
                      "models in addition to the scenario's: mirror, specular, second, tracking, diffuse, "
                      "ground, shadowing, diffraction");
-  command.add_flag("--ladder", arguments.ladder, "all of these models, each added to the previous one")
+  command
+      .add_flag("--cumulative-models", arguments.ladder,
+                "all of these models, each added to the previous one")
+      .formerly("--ladder")
       .excludes("--models");
   command.add_option("--view", arguments.view, "DIR",
                      "write a view of the comparison, in DIR/NAME for each recording of a list: 'canyon view "
@@ -411,11 +414,12 @@ void add_validate(Command& app) {
       .excludes("--seeds")
       .excludes("--runs")
       .excludes("--models")
-      .excludes("--ladder")
+      .excludes("--cumulative-models")
       .excludes("--view");
   command
-      .add_flag("--unsaid", arguments.forget_unknowns,
+      .add_flag("--forget-unknowns", arguments.forget_unknowns,
                 "ignore the scenarios' settings of installation, surroundings, obstacles and facades")
+      .formerly("--unsaid")
       .needs("--ensemble");
   add_fixed_unknowns(command, arguments.known).needs("--ensemble");
   command.add_flag("--quiet", arguments.quiet, "print warnings and errors only (and the output of --json -)");

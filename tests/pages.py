@@ -168,7 +168,7 @@ def small(canyon, arguments):
         given("--duration", "0.5" if command == "iq" else "20")
     if command == "heatmap" and arguments[1] != "query":
         given("--spacing", "96" if "rtk" in " ".join(arguments) else "24")
-        given("--draws", "2")
+        given("--samples", "2")
     if "--ensemble" in arguments:
         given("--ensemble", "2")
     if command == "study" and scenario and "--dry-run" not in arguments:

@@ -59,8 +59,14 @@ std::vector<Key> make_keys() {
   std::vector<Key> keys;
   std::set<std::string> names;
   const auto add = [&](bool receivers) {
-    for (const Key& each : description().keys) {
-      Key key = each;
+    std::vector<Key> all = description().keys;
+    for (const auto& [name, path] : description().former_names) {
+      Key key = *std::find_if(all.begin(), all.end(), [&](const Key& each) { return each.path == path; });
+      key.path = name;
+      key.meaning = fmt::format("former name of {}", path);
+      all.push_back(std::move(key));
+    }
+    for (Key& key : all) {
       if (key.path.starts_with(kReceivers) != receivers) continue;
       if (receivers) key.path.erase(0, kReceivers.size());
       const bool is_from_file = key.path.find("[]") != std::string::npos || key.type == Type::Rows ||
@@ -308,7 +314,7 @@ std::vector<Key> node_keys() {
   const std::vector<std::string> scenarios = simulation::scenario_description().paths();
   std::vector<Key> own = parameter_keys();
   std::erase_if(own, [&](const Key& key) {
-    return is_receivers(key.path) ||
+    return is_receivers(key.path) || key.meaning.starts_with("former name of ") ||
            std::find(scenarios.begin(), scenarios.end(), key.path) != scenarios.end();
   });
   return own;
@@ -329,7 +335,8 @@ std::string meant_parameter(const std::string& name) {
 
 bool is_receivers(const std::string& name) {
   const std::vector<std::string> paths = description().paths();
-  return std::find(paths.begin(), paths.end(), std::string(kReceivers) + name) != paths.end();
+  const std::string path = description().current(std::string(kReceivers) + name);
+  return std::find(paths.begin(), paths.end(), path) != paths.end();
 }
 
 NodeSettings read_settings(const Parameters& given) {

@@ -64,7 +64,7 @@ TEST_F(Settings, ReceiverChoosesAndOthersGo) {
 TEST_F(Settings, ABaseStaysBesideItsReceiver) {
   std::ofstream(file_)
       << kScenario
-      << R"(  - {name: base, profile: survey, own_draws: true, fixed: {east_m: 1, north_m: 2, up_m: 99}}
+      << R"(  - {name: base, profile: survey, independent_noise: true, fixed: {east_m: 1, north_m: 2, up_m: 99}}
 faults:
   - {receivers: [base, second], outage: {}}
   - {receivers: [second], outage: {}}

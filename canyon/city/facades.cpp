@@ -91,10 +91,11 @@ void visit(options::Visitor& v, FacadeOptions& o) {
             "mix from which the facades of each building are sampled: by_building (by its tags and height), "
             "traditional, thermally_efficient, urban_stock, europe, east_asia; as_given samples nothing"},
            o.mix, kMixes);
-  v.named_numbers({"shares", "",
+  v.named_numbers({"fractions", "",
                    "weights of facade types instead of a mix, normalised by their sum: [coated_glass=30, "
                    "concrete=50, brick=20]"},
                   o.fractions, {0, 100}, "FACADE=SHARE");
+  v.former_name("shares", "fractions");
   v.choice({"named", "",
             "materials named by the source: by_source keeps a map's tags and resamples a mesh's names of "
             "textures; keep; redraw"},

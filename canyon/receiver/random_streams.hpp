@@ -12,8 +12,8 @@
 
 namespace canyon::receiver {
 
-/// Name of a receiver's random streams, by ReceiverOptions::own_draws: its own name, or none; kReceiver
-/// counts as none.
+/// Name of a receiver's random streams, by ReceiverOptions::independent_noise: its own name, or none;
+/// kReceiver counts as none.
 [[nodiscard]] std::string stream_name(const ReceiverOptions& options);
 /// Name of the random streams of its disturbances.
 [[nodiscard]] std::string disturbance_stream_name(const ReceiverOptions& options);

@@ -159,8 +159,8 @@ struct EpochContext {
 };
 
 /// The stateful part: disturbances, clock, noise, channels and filters of one antenna. Equal options and seed
-/// give equal results, independent of other receivers and (with own_draws: false) of its name. Epochs must be
-/// given in order of time.
+/// give equal results, independent of other receivers and (with independent_noise: false) of its name. Epochs
+/// must be given in order of time.
 ///
 /// If corrections of at most CorrectionOptions::max_age_s exist, the fix is differential: it uses the
 /// satellites with a correction (CodeCorrections). If that has no solution, and without corrections, it uses

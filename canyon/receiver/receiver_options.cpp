@@ -108,7 +108,7 @@ void ReceiverOptions::validate() const {
       if (at_once == AtOnce::All || !is_among(tracks, "B1I") || !is_among(tracks, other)) continue;
       throw InputError(
           fmt::format("it tracks B1I and {}, which its hardware does not receive at the same time", other),
-          "leave one of them out, or use `at_once: all` for another receiver");
+          "leave one of them out, or use `concurrent_systems: all` for another receiver");
     }
     if (const gnss::Signal* deaf_to = unheard(*this); deaf_to != nullptr && signal.enabled) {
       throw InputError(fmt::format("it tracks {}, and its antenna '{}' has no pattern for {:.2f} MHz",
@@ -202,22 +202,25 @@ std::vector<const gnss::Signal*> tracked_signals(const std::vector<std::string>&
 void visit(options::Visitor& v, ReceiverOptions& o) {
   options::visit_switch(
       v,
-      {"own_draws", "",
+      {"independent_noise", "",
        "random values that are independent of other receivers: true: noise, clock, phases and shadows; "
        "false: none, all receivers of a seed are equal; if omitted: all except shadows"},
       o.independent_noise);
+  v.former_name("own_draws", "independent_noise");
   static const std::string tracks =
       fmt::format("tracked signals: {}; if omitted: the signal near L1 of each satellite",
                   fmt::join(gnss::signal_names(true), ", "));
   gnss::visit_signals(v, {"tracks", "", tracks}, o.tracks);
-  gnss::visit_groups(v,
-                     {"leaves_out", "", "groups of signals in `tracks` that it does not track: [BeiDou-GEO]"},
-                     o.leaves_out);
+  gnss::visit_groups(
+      v, {"exclude_signals", "", "groups of signals in `tracks` that it does not track: [BeiDou-GEO]"},
+      o.leaves_out);
+  v.former_name("leaves_out", "exclude_signals");
   static constexpr std::string_view kAtOnce[]{"all", "glonass_or_beidou", "beidou_by_b1c"};
-  v.choice({"at_once", "",
+  v.choice({"concurrent_systems", "",
             "systems that the hardware receives at the same time near L1 without `tracks`: all; "
             "glonass_or_beidou (B1I only if the sky has no GLONASS); beidou_by_b1c (B1C instead of B1I)"},
            o.at_once, kAtOnce);
+  v.former_name("at_once", "concurrent_systems");
   visit(v, o.fix_input);
   visit(v, o.fix);
   options::visit_switch(

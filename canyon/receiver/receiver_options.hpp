@@ -125,8 +125,9 @@ struct ReceiverOptions : positioning::RangeOptions {
   /// Sets the options that are not given. @param space whether the environment has errors in space
   /// @param with_ionosphere whether these have an ionosphere
   void decide(bool space, bool with_ionosphere);
-  /// Sets `tracks` or `leaves_out` to the signals of these satellites that `at_once` receives; no change if
-  /// `tracks` is given. Throws InputError if `tracks` has no signal of any of the satellites.
+  /// Sets `tracks` or `exclude_signals` to the signals of these satellites that `concurrent_systems`
+  /// receives; no change if `tracks` is given. Throws InputError if `tracks` has no signal of any of the
+  /// satellites.
   void choose_signals(std::span<const gnss::SatelliteId> sky);
   /// Throws InputError naming receiver and field that are out of range.
   void validate() const;

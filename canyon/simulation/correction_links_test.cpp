@@ -44,9 +44,9 @@ rate_hz: 1
 trajectory: {position: {east_m: 0, north_m: 0, up_m: 1.5}}
 duration_s: 60
 receivers:
-  - {name: rover, profile: ideal, elevation_mask_deg: 10, ionosphere: true, troposphere: true, own_draws: true, )" +
+  - {name: rover, profile: ideal, elevation_mask_deg: 10, ionosphere: true, troposphere: true, independent_noise: true, )" +
          keys + rover_keys + R"(}
-  - {name: base, profile: ideal, elevation_mask_deg: 10, ionosphere: true, troposphere: true, own_draws: true,
+  - {name: base, profile: ideal, elevation_mask_deg: 10, ionosphere: true, troposphere: true, independent_noise: true,
      fixed: {east_m: 600, north_m: 800, up_m: 40}, )" +
          keys + R"(}
 faults:
@@ -270,11 +270,11 @@ seed: 9
 receivers:
 )";
 const std::string kBase =
-    "  - {name: base, profile: survey, own_draws: true, fixed: {east_m: 0, north_m: 0, up_m: 250}}\n";
+    "  - {name: base, profile: survey, independent_noise: true, fixed: {east_m: 0, north_m: 0, up_m: 250}}\n";
 
 // Receivers may be in any order; sinks get them in that order, on any number of threads.
 TEST(Corrections, ComeFromReceiversInAnyOrder) {
-  const std::string rover = "  - {name: car, own_draws: true, corrections: {from: base}}\n";
+  const std::string rover = "  - {name: car, independent_noise: true, corrections: {from: base}}\n";
   const auto run = [&](const std::string& receivers, int threads) {
     const Simulation simulation(parse_scenario(kDrive + receivers, "scenario.yaml"),
                                 city::synthetic_city({}));
@@ -324,21 +324,22 @@ TEST(Corrections, RefuseWhatCannotBe) {
                              "s.yaml");
                        }).what());
   };
-  const std::string base = "  - {name: base, own_draws: true, fixed: {east_m: 0, north_m: 0, up_m: 99}}\n";
+  const std::string base =
+      "  - {name: base, independent_noise: true, fixed: {east_m: 0, north_m: 0, up_m: 99}}\n";
   EXPECT_THAT(refusal(base + "  - {name: car, corrections: {from: bass}}\n"),
               AllOf(HasSubstr("s.yaml:5"), HasSubstr("'bass'"), HasSubstr("base, car")));
-  EXPECT_THAT(refusal("  - {name: car, own_draws: true, corrections: {from: car}}\n"),
+  EXPECT_THAT(refusal("  - {name: car, independent_noise: true, corrections: {from: car}}\n"),
               AllOf(HasSubstr("s.yaml:4"), HasSubstr("itself")));
-  EXPECT_THAT(refusal("  - {name: van, own_draws: true}\n  - {name: car, corrections: {from: van}}\n"),
-              AllOf(HasSubstr("s.yaml:5"), HasSubstr("fixed:")));
   EXPECT_THAT(
-      refusal(
-          "  - {name: a, own_draws: true, fixed: {east_m: 0, north_m: 0, up_m: 9}, corrections: {from: b}}\n"
-          "  - {name: b, fixed: {east_m: 9, north_m: 0, up_m: 9}, corrections: {from: a}}\n"),
-      AllOf(HasSubstr("s.yaml:4"), HasSubstr("itself depends on this receiver")));
-  EXPECT_THAT(refusal("  - {name: base, own_draws: false, fixed: {east_m: 0, north_m: 0, up_m: 99}}\n"
-                      "  - {name: car, own_draws: false, corrections: {from: base}}\n"),
-              AllOf(HasSubstr("s.yaml:5"), HasSubstr("own_draws: false")));
+      refusal("  - {name: van, independent_noise: true}\n  - {name: car, corrections: {from: van}}\n"),
+      AllOf(HasSubstr("s.yaml:5"), HasSubstr("fixed:")));
+  EXPECT_THAT(refusal("  - {name: a, independent_noise: true, fixed: {east_m: 0, north_m: 0, up_m: 9}, "
+                      "corrections: {from: b}}\n"
+                      "  - {name: b, fixed: {east_m: 9, north_m: 0, up_m: 9}, corrections: {from: a}}\n"),
+              AllOf(HasSubstr("s.yaml:4"), HasSubstr("itself depends on this receiver")));
+  EXPECT_THAT(refusal("  - {name: base, independent_noise: false, fixed: {east_m: 0, north_m: 0, up_m: 99}}\n"
+                      "  - {name: car, independent_noise: false, corrections: {from: base}}\n"),
+              AllOf(HasSubstr("s.yaml:5"), HasSubstr("independent_noise: false")));
   EXPECT_THAT(refusal(base + "  - {name: car, corrections: {from: base, station_error_m: [1, 2, 3, 4]}}\n"),
               HasSubstr("station_error_m: 4 numbers"));
   EXPECT_THAT(refusal(base + "  - {name: car, corrections: {from: base, max_age_s: 0}}\n"),
@@ -356,8 +357,9 @@ corrections: {from: base}
 
 // A host with one antenna gets a base from its configuration alone, with the same numbers as the scenario.
 TEST(Corrections, AreTheSameLive) {
-  const Scenario scenario = parse_scenario(
-      kDrive + "  - {name: car, own_draws: true, corrections: {from: base}}\n" + kBase, "scenario.yaml");
+  const Scenario scenario =
+      parse_scenario(kDrive + "  - {name: car, independent_noise: true, corrections: {from: base}}\n" + kBase,
+                     "scenario.yaml");
   const Simulation simulation(scenario, city::synthetic_city({}));
   Collector batch;
   (void)simulation.run({&batch});

@@ -82,7 +82,7 @@ trajectory:
   waypoints: [{east_m: -60, north_m: 0, up_m: 1.5}, {east_m: 60, north_m: 0, up_m: 1.5}]
   speed_mps: 6
 rate_hz: 2
-receivers: [{name: car, own_draws: true}]
+receivers: [{name: car, independent_noise: true}]
 seed: 9
 )",
                                      "scenario.yaml");

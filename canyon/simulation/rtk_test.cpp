@@ -330,10 +330,10 @@ TEST(Rtk, RefusesWhatCannotBe) {
   const auto fault = [](const std::string& receivers) {
     return std::string(test::error_of([&] { (void)run(field(receivers)); }).what());
   };
-  EXPECT_THAT(
-      fault("  - {name: rover, profile: ideal, own_draws: true, rtk: true, corrections: {from: base}}\n" +
-            kBase),
-      HasSubstr("needs carrier phases, which need signal strengths"));
+  EXPECT_THAT(fault("  - {name: rover, profile: ideal, independent_noise: true, rtk: true, corrections: "
+                    "{from: base}}\n" +
+                    kBase),
+              HasSubstr("needs carrier phases, which need signal strengths"));
   EXPECT_THAT(fault(rover("from: base", "rtk: {ratio: 0.5}") + kBase), HasSubstr("ratio"));
   EXPECT_THAT(fault(rover("from: base", "rtk: perhaps") + kBase), HasSubstr("perhaps"));
   EXPECT_THAT(fault(rover("from: base, outages_s: [5, 2]") + kBase), HasSubstr("do not ascend"));

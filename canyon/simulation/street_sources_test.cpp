@@ -83,7 +83,8 @@ TEST(Streets, TakeLevelFromSatellitesAndAreTheSameForEveryRun) {
 TEST(Streets, AreTheSameForAllReceiversOfARun) {
   const char* two =
       "[{name: a, signal: {enabled: true, shadowing: {enabled: false}, lock: {tracking_threshold_dbhz: 0, "
-      "warm_start: true}}}, {name: b, own_draws: true, signal: {enabled: true, satellite_sigma_db: 0, "
+      "warm_start: true}}}, {name: b, independent_noise: true, signal: {enabled: true, satellite_sigma_db: "
+      "0, "
       "shadowing: {enabled: false}, lock: {tracking_threshold_dbhz: 0, warm_start: true}}}]";
   const std::vector<Epoch> epochs = simulated(street(true, two));
   // Random numbers of the receivers differ, their blocked satellites do not.

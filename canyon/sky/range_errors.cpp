@@ -174,8 +174,10 @@ void visit(options::Visitor& v, RangeErrorOptions& o) {
   gnss::visit_group_values(v, {"orbit_clock_m", "m", "rms range error of broadcast orbits and clocks"},
                            o.orbit_clock_m, {0, 1e4});
   v.number({"orbit_clock_time_s", "s", "time constant of these errors"}, o.orbit_clock_time_s, {60, 1e6});
-  v.number({"ionosphere_share", "", "rms error of the broadcast model's delay, as a fraction of this delay"},
-           o.ionosphere_fraction, {0, 2});
+  v.number(
+      {"ionosphere_fraction", "", "rms error of the broadcast model's delay, as a fraction of this delay"},
+      o.ionosphere_fraction, {0, 2});
+  v.former_name("ionosphere_share", "ionosphere_fraction");
   v.number({"ionosphere_time_s", "s", "time constant of this error"}, o.ionosphere_time_s, {60, 1e6});
   v.number({"ionosphere_length_m", "m", "correlation length of this error"}, o.ionosphere_length_m,
            {1e3, 1e8});

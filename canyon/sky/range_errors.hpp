@@ -103,7 +103,7 @@ struct RangeErrorOptions {
   /// Solar flux at 10.7 cm of a sky without its own coefficients [sfu], [50, 400]. Default: medium activity
   /// with nominal satellites, else the mean of the date's year.
   std::optional<double> solar_flux_sfu;
-  double ionosphere_length_m = 1.8e6;  ///< [1e3, 1e8]; assumed: with ionosphere_share a gradient of mm/km
+  double ionosphere_length_m = 1.8e6;  ///< [1e3, 1e8]; assumed: with ionosphere_fraction a gradient of mm/km
   /// Deviation of the zenith delay from the standard atmosphere, sigma [m], [0, 1]; assumed: 0.05 by weather.
   double troposphere_m = 0.05;
   double troposphere_time_s = 10'800;  ///< [60, 1e6]; assumed

@@ -50,7 +50,7 @@ with tempfile.TemporaryDirectory() as name:
     level = next(e for e in fit.estimates if e["key"] == "signal.link.above_minimum_db")
     assert abs(float(level["after"]) - 4.5) < 1.5, level
     # The scenario does not set the facades. Those of the city would be in fit.city, for settings["city"].
-    assert [e["key"] for e in fit.city_estimates] == ["city.facades.shares.coated_glass"], fit.city_estimates
+    assert [e["key"] for e in fit.city_estimates] == ["city.facades.fractions.coated_glass"], fit.city_estimates
 
     (folder / "mine.yaml").write_text(fit.profile)
     for profile in ["ublox-m8t", str(folder / "mine.yaml")]:

@@ -17,7 +17,7 @@ def pose(time_s):
 
 
 city = canyon.City(synthetic={"seed": 7}, origin={"latitude_deg": 22.3, "longitude_deg": 114.17, "height_m": 0})
-receiver = canyon.LiveReceiver(city, "2026-06-01T08:00:00Z", profile="ublox-m10")
+receiver = canyon.ReceiverRunner(city, "2026-06-01T08:00:00Z", profile="ublox-m10")
 track = receiver.encoder("kml", STEP_S)
 truth, errors = [], []
 os.makedirs("out", exist_ok=True)

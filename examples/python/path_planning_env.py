@@ -43,7 +43,7 @@ class Streets:
         self.error = np.where(np.isnan(error), 100.0, np.minimum(error, 100.0))
         corners = np.argwhere(self.free)
         self.begin, self.goal = tuple(corners[0]), tuple(corners[-1])
-        self.receiver = canyon.LiveReceiver(self.city, self.start_time, profile="ideal",
+        self.receiver = canyon.ReceiverRunner(self.city, self.start_time, profile="ideal",
                                             sky={"systems": ["GPS", "Galileo"]})
 
     def _observe(self):

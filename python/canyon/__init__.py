@@ -46,7 +46,7 @@ except ImportError as error:
         f"the engine is not in {folder}: './run build' builds it with pybind11-dev, python3-dev and python3-numpy"
     ) from error
 
-from ._canyon import Encoder, Epoch, LiveReceiver, __version__, formats
+from ._canyon import Encoder, Epoch, LiveReceiver, ReceiverRunner, __version__, formats
 from .city import PLACEMENTS, City, CityObject
 from .errors import InputError, Interrupted, OutputError
 from .heatmap import CELL_STATES, HeatMap, heatmap, map_layers
@@ -97,6 +97,7 @@ __all__ = [
     "OutputError",
     "PATH_KINDS",
     "PLACEMENTS",
+    "ReceiverRunner",
     "Run",
     "Scenario",
     "Simulation",

@@ -108,7 +108,7 @@ class Live {
 }  // namespace
 
 void bind_live(py::module_& m) {
-  py::class_<Live>(m, "LiveReceiver",
+  py::class_<Live>(m, "ReceiverRunner",
                    R"(A receiver in a world whose time and motion are the caller's. Same steps, same numbers.
 
 Parameters
@@ -127,7 +127,7 @@ Examples
 --------
 >>> import canyon
 >>> city = canyon.City(open=True, origin={"latitude_deg": 48.1, "longitude_deg": 11.6, "height_m": 520})
->>> receiver = canyon.LiveReceiver(city, "2026-06-01T08:00:00Z", profile="survey")
+>>> receiver = canyon.ReceiverRunner(city, "2026-06-01T08:00:00Z", profile="survey")
 >>> epoch = receiver.observe(0.0, (0, 0, 1.5))
 >>> epoch.solved, epoch.placement
 (True, 'free'))")
@@ -140,8 +140,10 @@ Examples
 `position` is the antenna's, east, north, up [m] of the city, `velocity` likewise [m/s], `yaw` [rad] from
 east counter-clockwise, `yaw_rate` [rad/s]. A time before the last one begins anew; a place that no vehicle
 gets to in one step restarts the receiver hot, with a warning.)")
-      .def("lose", &Live::observe_without_pose, "seconds"_a,
+      .def("observe_without_pose", &Live::observe_without_pose, "seconds"_a,
            "One epoch of an antenna without a known position: no signal, no fix.")
+      .def("lose", &Live::observe_without_pose, "seconds"_a,
+           "The former name of :meth:`observe_without_pose`.")
       .def(
           "restart", [](Live& self) { self.receiver().restart(); }, "As constructed.")
       .def("change", &Live::change, "changes"_a = py::none(), py::pos_only(),
@@ -162,6 +164,7 @@ gets to in one step restarts the receiver hot, with a warning.)")
           "encoder", &Live::encoder, "format"_a, "interval_s"_a = 1.0, "generation"_a = "f9",
           "Encodes epochs to bytes: `begin()`, `encode(epoch)` of each, `end()`. See :func:`canyon.formats`. "
           "`generation` is of \"ubx\": m8, f9, m10 or x20.");
+  m.attr("LiveReceiver") = m.attr("ReceiverRunner");  // its former name
 }
 
 }  // namespace canyon::python

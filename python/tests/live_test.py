@@ -26,7 +26,7 @@ class Live(unittest.TestCase):
         np.testing.assert_array_equal(first, again)
 
     def test_faults(self):
-        receiver = canyon.LiveReceiver(self.city, START, profile="ideal")
+        receiver = canyon.ReceiverRunner(self.city, START, profile="ideal")
         self.assertTrue(receiver.observe(0, (0, 0, 100)).used)
         name = receiver.add_fault({"outage": {"satellites": ["GPS", "GLONASS", "Galileo", "BeiDou"]}})
         epoch = receiver.observe(1, (0, 0, 100))
@@ -35,7 +35,7 @@ class Live(unittest.TestCase):
         self.assertTrue(receiver.observe(2, (0, 0, 100)).used)
 
     def test_changes_and_encoders(self):
-        receiver = canyon.LiveReceiver(self.city, START, profile="ideal")
+        receiver = canyon.ReceiverRunner(self.city, START, profile="ideal")
         before = receiver.observe(0, (0, 0, 100)).used
         receiver.change(elevation_mask_deg=40)
         self.assertEqual(receiver.options["elevation_mask_deg"], "40")
@@ -49,15 +49,15 @@ class Live(unittest.TestCase):
             self.assertIn(message, receiver.encoder("ubx", 1.0, generation).encode(epoch))
 
     def test_bad_steps(self):
-        receiver = canyon.LiveReceiver(self.city, START)
+        receiver = canyon.ReceiverRunner(self.city, START)
         for arguments in [(0, (0, 0)), (0, (0, 0, np.nan)), (0, np.zeros((3, 3))), (np.nan, (0, 0, 2)), (0, (0, 0, 2), (1, np.inf, 0))]:
             with self.assertRaises(canyon.InputError):
                 receiver.observe(*arguments)
         with self.assertRaises(canyon.InputError) as caught:
-            canyon.LiveReceiver(self.city, START, profil="ideal")
+            canyon.ReceiverRunner(self.city, START, profil="ideal")
         self.assertIn("did you mean 'profile'", str(caught.exception))
         with self.assertRaises(canyon.InputError):
-            canyon.LiveReceiver(self.city)
+            canyon.ReceiverRunner(self.city)
 
 
 class Maps(unittest.TestCase):

@@ -101,7 +101,7 @@ class Models(unittest.TestCase):
         self.assertEqual(later.begun, [1])
         np.testing.assert_allclose(run.satellites["excess_path_m"], plain.satellites["excess_path_m"] + 30)
         np.testing.assert_allclose(run.epochs["error_east_m"], plain.epochs["error_east_m"], atol=1e-3)
-        receiver = canyon.LiveReceiver(canyon.City(**OPEN), PLACE["start"], profile="paper", own_draws=False,
+        receiver = canyon.ReceiverRunner(canyon.City(**OPEN), PLACE["start"], profile="paper", independent_noise=False,
                                        models=canyon.Models(disturbances=[lambda seed, name: Later()]))
         live = receiver.observe(0, (0, 0, 1.5)).table("satellites")
         np.testing.assert_allclose(live["excess_path_m"], 30)

@@ -57,7 +57,7 @@ def trace_once():
 
 
 def observe_many(where, count=600):
-    receiver = canyon.LiveReceiver(where, NOON, profile="ublox-m10", own_draws=False)
+    receiver = canyon.ReceiverRunner(where, NOON, profile="ublox-m10", independent_noise=False)
     begin = time.process_time()
     for i in range(count):
         t = 0.1 * i

@@ -182,8 +182,8 @@ class Run(unittest.TestCase):
     def test_live_is_the_run(self):
         """The same poses give the same numbers, by the same code (a live receiver has independent noise)."""
         # Noise depends on the name of a live receiver, and only on the seed in a scenario.
-        simulation = canyon.Simulation(self.scenario.changed(receivers=[{"name": "car", "own_draws": True}]))
-        receiver = canyon.LiveReceiver(canyon.City.of_scenario(self.scenario), simulation.begin, name="car",
+        simulation = canyon.Simulation(self.scenario.changed(receivers=[{"name": "car", "independent_noise": True}]))
+        receiver = canyon.ReceiverRunner(canyon.City.of_scenario(self.scenario), simulation.begin, name="car",
                                        sky={"nominal": True})
         begin = simulation.begin
         for number, epoch in enumerate(simulation.stream()):

@@ -703,10 +703,10 @@ assert [r["name"] for r in h["receivers"]] == ["recorded", "simulated"] and h["c
 P
   schema_holds rep/view.json
   grep -qE '\b(nan|inf)\b' figures.json && fail "a number that is none"
-  runs 0 "${judge[@]}" --align --reach 4 --models mirror,specular --json - --quiet
+  runs 0 "${judge[@]}" --align --search-radius 4 --models mirror,specular --json - --quiet
   python3 -c 'import json; f = json.load(open("out")); assert len(f["models"]) == 3 and 19 <= f["alignment"]["epochs"] <= 21, f' || fail "--json - is not what was asked for"
   [ ! -s err ] || fail "--quiet printed something"
-  runs 0 "${judge[@]}" --align --align-heading --split 0.6 --ladder
+  runs 0 "${judge[@]}" --align --align-heading --split 0.6 --cumulative-models
   says out "city moved by east" "rotated by" "last 40 %" "+ ground reflection" "mirror (the paper's)"
   # A stationary antenna: its position instead of a file, as an option or in the scenario.
   sed -e 's/waypoints.*/position: {east_m: 0, north_m: 0, up_m: 2}/' -e '/speed_mps/d' small.yaml >stands.yaml; echo 'duration_s: 40' >>stands.yaml
@@ -732,10 +732,10 @@ P
   runs 0 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 3 --json e.json
   says out "level: -10 to 6 dB" "skyline: 0 to 0.75" "within the 90 % interval"
   python3 -c 'import json; e = json.load(open("e.json")); d = e["recordings"][0]["draws"]; assert len({x["unknowns"]["level"] for x in d}) == 3 and e["coverage"]["figures"] == 5, e' || fail "e.json is not of three draws"
-  runs 0 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 2 --known level,facades; says out "skyline" "satellites used"; says err "90 % intervals of 2 draws are intervals of 33 %: write --ensemble 19"
+  runs 0 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 2 --fixed-unknowns level,facades; says out "skyline" "satellites used"; says err "90 % intervals of 2 draws are intervals of 33 %: write --ensemble 19"
   ! grep -q "^- level" out || fail "a known level was drawn"
-  runs 2 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 2 --known levl; one_line; says err "no unknown 'levl'"
-  runs 2 "$canyon" validate open.yaml "${judge[@]:3}" --unsaid; says err "--unsaid requires --ensemble"
+  runs 2 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 2 --fixed-unknowns levl; one_line; says err "no unknown 'levl'"
+  runs 2 "$canyon" validate open.yaml "${judge[@]:3}" --forget-unknowns; says err "--forget-unknowns requires --ensemble"
   # Two bands, and a receiver that tracks a different second one; a code that does not exist.
   cp small.yaml ideal.yaml
   sed -i 's/^receivers:.*/receivers: [{name: car, profile: survey, tracks: [L1CA, L2C], noise: {enabled: false}}]/' small.yaml
@@ -830,9 +830,9 @@ P
   runs 2 "${judge[@]}" --split 0.5; one_line; says err --align
   runs 2 "${judge[@]}" --align --split 1.5; one_line; says err --split
   runs 2 "${judge[@]}" --align --split 0.1; one_line; says err epochs
-  runs 2 "${judge[@]}" --align --reach 1; one_line; says err reach
+  runs 2 "${judge[@]}" --align --search-radius 1; one_line; says err reach
   runs 2 "${judge[@]}" --models miror; one_line; says err miror "'mirror'"
-  runs 2 "${judge[@]}" --models mirror --ladder
+  runs 2 "${judge[@]}" --models mirror --cumulative-models
   runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs --truth truth.csv --format igc; one_line; says err igc urbannav
   runs 2 "${judge[@]}" --view judge.yaml; one_line; says err judge.yaml
   runs 2 "$canyon" validate judge.yaml --obs res/receiver.obs; one_line; says err --truth
@@ -850,7 +850,7 @@ calibrate)
   # Canyon's own receiver as the recorded one, three decibels stronger than its profile and without Galileo.
   sed -i 's/speed_mps: 6/speed_mps: 3/; s/nominal: true/nominal: true, errors: {enabled: false}/' small.yaml
   cp small.yaml recorder.yaml
-  echo 'receivers: [{name: car, profile: ublox-m8t, leaves_out: [Galileo], signal: {link: {above_minimum_db: 4.5}, shadowing: {enabled: false}}}]' >>recorder.yaml
+  echo 'receivers: [{name: car, profile: ublox-m8t, exclude_signals: [Galileo], signal: {link: {above_minimum_db: 4.5}, shadowing: {enabled: false}}}]' >>recorder.yaml
   runs 0 "$canyon" simulate recorder.yaml --out res --quiet
   awk -F, 'NR > 1 {print $1 "," $2 "," $3 "," $4 "," $5}' res/epochs.csv >truth.csv
   { sed 's/^sky:.*/sky: {navigation: [res\/sky.nav]}/' small.yaml; echo 'receivers: [{name: car, profile: ublox-m8t}]'; } >judge.yaml
@@ -918,7 +918,7 @@ assert abs(medians[0] - medians[1]) <= 4, medians
 P
   sed 's/east_m: 0, north_m: 8/east_m: 60, north_m: 68/' tst.yaml >off.yaml
   runs 0 "$canyon" validate off.yaml --obs "$drive/COM3_190428_124409.obs" --align --json figures.json
-  says err "does not determine the city's offset" --reach
+  says err "does not determine the city's offset" --search-radius
   # Both drives together, with positions as in the scenarios.
   [ -e "$data/berlin-potsdamer-platz/truth.csv" ] || { echo "without Berlin: it is not in ../shared/data"; exit $failed; }
   for folder in hongkong urbannav-tst-20190428 urbannav-tst-20210517 berlin-potsdamer-platz; do ln -s "$data/$folder" .; done
@@ -1320,7 +1320,7 @@ interrupt)
 heatmap)
   runs 0 "$canyon" heatmap --help
   says out --out --bbox --enu-box --area --spacing --altitude --altitude-kind --times --layers --format --model \
-    --receiver --draws --motion --seed --threads --tile --keep-tiles --large horizontal_error_p95 sky_view query mpirun
+    --receiver --samples --motion --seed --threads --tile --keep-tiles --large horizontal_error_p95 sky_view query mpirun
   # The complete city in all formats: files, table, no leftovers.
   runs 0 "$canyon" heatmap small.yaml --out map --spacing 4 --threads 1
   # Titles name systems with satellites.
@@ -1383,9 +1383,9 @@ P
  [[[114.1698, 22.2998], [114.1702, 22.2998], [114.1702, 22.3002], [114.1698, 22.2998]]]}}
 G
   runs 0 "$canyon" heatmap small.yaml --out area --area area.geojson --spacing 2 --model mirror --format png \
-    --layers horizontal_error_p95,sky_view --draws 8
+    --layers horizontal_error_p95,sky_view --samples 8
   says out "outside the area" sky_view
-  runs 0 "$canyon" heatmap small.yaml --out all --enu-box=-8,-8,8,8 --spacing 4 --layers all --draws 4 --format netcdf,geotiff
+  runs 0 "$canyon" heatmap small.yaml --out all --enu-box=-8,-8,8,8 --spacing 4 --layers all --samples 4 --format netcdf,geotiff
   says out largest_excess vertical_error_rms
   [ "$(ls all/*.tif | wc -l)" -eq 25 ] || fail "$(ls all)"
   # No trajectory is needed, and no city if a box is given.
@@ -1495,7 +1495,7 @@ F
 heatmap_query)
   runs 0 "$canyon" heatmap query --help; says out --at --path --format --speed --altitude --time --stretch --json
   runs 0 "$canyon" heatmap small.yaml --out map --enu-box=-70,-8,70,8 --spacing 2 --altitude 2,15 --times 0/600/300 \
-    --layers horizontal_error_mean,availability,hdop --draws 16 --format netcdf --quiet
+    --layers horizontal_error_mean,availability,hdop --samples 16 --format netcdf --quiet
   runs 0 "$canyon" simulate small.yaml --out drive --quiet
   awk -F, 'NR > 1 {print $1 "," $2 "," $3 "," $4 "," $5}' drive/epochs.csv >truth.csv
   runs 0 "$canyon" heatmap query map/map.nc --path truth.csv --format urbannav
@@ -1563,7 +1563,7 @@ heatmap_bad)
   bad --times day/0.1; says err --times 861640 "longer step"
   bad --model miror; says err --model miror "'mirror'"
   bad --receiver nobody; says err nobody rover
-  bad --draws 0; says err draws
+  bad --samples 0; says err draws
   bad --tile 5000; says err --tile
   runs 2 "$canyon" heatmap small.yaml --out res --bbox 1,2,3,4 --enu-box 1,2,3,4
   runs 0 "$canyon" simulate small.yaml --out good --quiet
@@ -1590,7 +1590,7 @@ heatmap_bad)
   cmp full/map.nc whole/map.nc || fail "other bytes after a full disk" ;;
 heatmap_resume)
   # Long enough to be ended in the middle: hundreds of tiles.
-  map=(heatmap small.yaml --enu-box=-110,-110,110,110 --spacing 0.5 --tile 16 --format netcdf,png --layers horizontal_error_p95,hdop --draws 32)
+  map=(heatmap small.yaml --enu-box=-110,-110,110,110 --spacing 0.5 --tile 16 --format netcdf,png --layers horizontal_error_p95,hdop --samples 32)
   runs 0 "$canyon" "${map[@]}" --out whole --threads 1 --quiet
   # started OUT: a run in the background with some finished tiles; its process is $program.
   started() {
@@ -1630,7 +1630,7 @@ heatmap_resume)
 heatmap_planning)
   # P(error > X) with X the map's own 95 % is 5 % for many samples.
   box=(heatmap small.yaml --enu-box=-40,-8,40,8 --spacing 8 --altitude 40 --format netcdf)
-  runs 0 "$canyon" "${box[@]}" --out p --draws 200 --error-limit 2.5 --alert-limit 30 --layers \
+  runs 0 "$canyon" "${box[@]}" --out p --samples 200 --error-limit 2.5 --alert-limit 30 --layers \
     horizontal_error_p95,horizontal_error_exceedance,protection_level,protected_availability,misleading_share
   says out horizontal_error_exceedance misleading_share
   runs 0 "$canyon" heatmap query p/map.nc --at 22.3,114.17 --json
@@ -1682,10 +1682,10 @@ import json
 at = [json.load(open(f"u/{p}/at.json"))["values"]["horizontal_error"] for p in ("p05", "p25", ".", "p75", "p95")]
 assert at == sorted(at) and at[0] < at[-1], at
 P
-  runs 0 "$canyon" "${many[@]}" --unknowns 4 --known facades --out k --quiet
-  cmp -s u/map.nc k/map.nc && fail "--known changes nothing"
+  runs 0 "$canyon" "${many[@]}" --unknowns 4 --fixed-unknowns facades --out k --quiet
+  cmp -s u/map.nc k/map.nc && fail "--fixed-unknowns changes nothing"
   runs 2 "$canyon" "${many[@]}" --unknowns 1 --out bad; says err --unknowns
-  runs 2 "$canyon" "${many[@]}" --unknowns 4 --known roofs --out bad; one_line; says err --known facades
+  runs 2 "$canyon" "${many[@]}" --unknowns 4 --fixed-unknowns roofs --out bad; one_line; says err --fixed-unknowns facades
   runs 2 "$canyon" "${many[@]}" --unknowns 4 --runs 4 --out bad; says err --runs --unknowns ;;
 bench)
   runs 0 "$canyon" bench list
@@ -1817,7 +1817,7 @@ heatmap_ranks)
     diff -rq one on$n || fail "other bytes on $n ranks"
   done
   # A rank that is lost ends the others; its tiles are computed by the next run, on any number of ranks.
-  map=(heatmap small.yaml --enu-box=-110,-110,110,110 --spacing 0.5 --tile 16 --format netcdf --layers horizontal_error_p95 --draws 32 --threads 1)
+  map=(heatmap small.yaml --enu-box=-110,-110,110,110 --spacing 0.5 --tile 16 --format netcdf --layers horizontal_error_p95 --samples 32 --threads 1)
   runs 0 "$canyon" "${map[@]}" --out whole --quiet
   tiles() { ls lost/tiles 2>/dev/null | grep -c '\.tile$'; }
   lose_a_rank 5 tiles "$canyon" "${map[@]}" --out lost

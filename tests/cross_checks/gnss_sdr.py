@@ -78,7 +78,7 @@ trajectory: {{waypoints: [{{east_m: 0, north_m: 0, up_m: 2}}], hold_s: {hold}}}
 receivers:
   - name: antenna
     tracks: [{tracks}]
-    own_draws: false
+    independent_noise: false
     noise: {{enabled: false}}
     clock: {{bias_s: 0, drift: 0, drift_walk: 0}}
     signal: {{enabled: true, loop_noise: false, cn0_step_db: 0, cn0_sigma_db: 0, antenna: {antenna}}}

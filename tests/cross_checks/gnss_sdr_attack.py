@@ -23,7 +23,7 @@ duration_s: {seconds}
 trajectory: {{waypoints: [{{east_m: 0, north_m: 0, up_m: 2}}], hold_s: 1000}}
 receivers:
   - name: antenna
-    own_draws: false
+    independent_noise: false
     noise: {{enabled: false}}
     clock: {{bias_s: 0, drift: 0, drift_walk: 0}}
     signal:

@@ -54,7 +54,7 @@ receivers:
 '''
 RECEIVER = '''\
   - name: {name}
-    own_draws: false
+    independent_noise: false
     noise: {{enabled: false}}
     clock: {{bias_s: 0, drift: 0, drift_walk: 0}}
     signal:

@@ -29,7 +29,7 @@ trajectory: {{waypoints: [{{east_m: 0, north_m: 0, up_m: 2}}, {{east_m: 4, north
 propagation: {{diffraction: false, diffuse: {{enabled: false}}}}
 receivers:
   - name: antenna
-    own_draws: false
+    independent_noise: false
     noise: {{enabled: false}}
     clock: {{bias_s: 0, drift: 0, drift_walk: 0}}
     signal:

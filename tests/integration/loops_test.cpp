@@ -43,10 +43,10 @@ duration_s: 43200
 trajectory:
   position: {east_m: -38, north_m: 0, up_m: 1.5}
 receivers:
-  - {name: one, profile: ublox-m8t, own_draws: true}
-  - {name: another, profile: ublox-m8t, own_draws: true}
-  - {name: f9p, profile: ublox-f9p, own_draws: true}
-  - {name: survey, profile: survey, own_draws: true}
+  - {name: one, profile: ublox-m8t, independent_noise: true}
+  - {name: another, profile: ublox-m8t, independent_noise: true}
+  - {name: f9p, profile: ublox-f9p, independent_noise: true}
+  - {name: survey, profile: survey, independent_noise: true}
 seed: 1
 )");
   struct Count {
@@ -185,7 +185,7 @@ propagation: {ground_reflection: false, diffuse: {enabled: false}}
   EXPECT_LT(ionosphere_mps, 1e-2);
 }
 
-// Receivers that differ in a setting have the same noise realization; own_draws makes it independent.
+// Receivers that differ in a setting have the same noise realization; independent_noise makes it independent.
 TEST(Samples, AreOfSeedAndSatelliteUnlessAskedOtherwise) {
   const auto receivers = run(R"(
 city: {synthetic: {blocks_east: 4, blocks_north: 4, seed: 5}}
@@ -195,8 +195,8 @@ trajectory: {position: {east_m: 0, north_m: 0, up_m: 2}}
 duration_s: 30
 rate_hz: 1
 receivers:
-  - {name: a, profile: ublox-m8t, own_draws: false}
-  - {name: b, profile: ublox-m8t, min_satellites: 5, own_draws: false}
+  - {name: a, profile: ublox-m8t, independent_noise: false}
+  - {name: b, profile: ublox-m8t, min_satellites: 5, independent_noise: false}
   - {name: c, profile: ublox-m8t}
 )");
   double apart = 0;

@@ -423,9 +423,9 @@ duration_s: 300
 rate_hz: 1
 trajectory: {waypoints: [{east_m: -90, north_m: 0, up_m: 1.5}, {east_m: 90, north_m: 0, up_m: 1.5}], speed_mps: 1, hold_s: 60}
 receivers:
-  - {name: base, fixed: {east_m: -300, north_m: 300, up_m: 80}, profile: survey, own_draws: true,
+  - {name: base, fixed: {east_m: -300, north_m: 300, up_m: 80}, profile: survey, independent_noise: true,
      clock: {bias_s: 3.3e-4, drift: 1e-8}, ionosphere: true, troposphere: true}
-  - {name: rover, profile: survey, own_draws: true,
+  - {name: rover, profile: survey, independent_noise: true,
      clock: {bias_s: -2.1e-4, drift: -2e-8}, ionosphere: true, troposphere: true}
 )";
 

@@ -157,8 +157,9 @@ TEST(Signals, LeaveTheFirstOneAsItIs) {
           "city: {synthetic: {blocks_east: 4, blocks_north: 4, seed: 5}}\n" + kNominal +
               "trajectory: {waypoints: [{east_m: -76, north_m: 0}, {east_m: 76, north_m: 0}], speed_mps: 8, "
               "height_above_terrain_m: 1.5}\nrate_hz: 2\n"
-              "receivers: [{name: one, own_draws: false, profile: ublox-f9p, tracks: [L1CA, E1, B1I, G1]}, "
-              "{name: many, own_draws: false, "
+              "receivers: [{name: one, independent_noise: false, profile: ublox-f9p, tracks: [L1CA, E1, B1I, "
+              "G1]}, "
+              "{name: many, independent_noise: false, "
               "profile: ublox-f9p, tracks: [L1CA, "
               "L2C, L5, E1, E5b, B1I, B2I, B3I, G1, G2]}]\noutputs: {pictures: false}\n",
           folder.path()),
@@ -330,7 +331,7 @@ TEST(Signals, BiasesOfTheReceiverGoWhereTheyBelong) {
                              "{name: drifts, profile: ideal, elevation_mask_deg: 10, tracks: [L1CA, G1, E1, "
                              "B1I], noise: {enabled: false}, biases: {drift_sigma_m: "
                              "2, drift_time_s: 1}}, "
-                             "{name: choosy, profile: ideal, elevation_mask_deg: 10, leaves_out: "
+                             "{name: choosy, profile: ideal, elevation_mask_deg: 10, exclude_signals: "
                              "[BeiDou-GEO, GPS-IIR], noise: {enabled: false}}",
                              300),
                     folder.path()),
@@ -464,7 +465,7 @@ TEST(Signals, WrongChoicesAreToldTheRightOnes) {
   EXPECT_THAT(message("{name: a, profile: ideal, elevation_mask_deg: 10, uses: [L5]}"),
               AllOf(HasSubstr("use L5"), HasSubstr("tracks")));
   EXPECT_EQ(message("{name: a, profile: ideal, elevation_mask_deg: 10, uses: [L1CA]}"), "");
-  EXPECT_THAT(message("{name: a, profile: ideal, elevation_mask_deg: 10, leaves_out: [GEO]}"),
+  EXPECT_THAT(message("{name: a, profile: ideal, elevation_mask_deg: 10, exclude_signals: [GEO]}"),
               AllOf(HasSubstr("'GEO'"), HasSubstr("BeiDou-GEO")));
   EXPECT_THAT(message("{name: a, profile: ideal, elevation_mask_deg: 10, biases: {code_m: [Compass=3]}}"),
               HasSubstr("'Compass'"));

@@ -47,11 +47,11 @@ inline std::string another_value(const options::Key& key) {
   if (key.type == Type::Boolean) return key.default_value == "true" ? "false" : "true";
   if (key.type == Type::Choice) return key.words.front() == key.default_value ? key.words[1] : key.words[0];
   if (key.type == Type::Rows) return "[[0, -5, -5], [90, 3, -10]]";
-  for (const char* list : {"tracks", "uses", "leaves_out"}) {
+  for (const char* list : {"tracks", "uses", "exclude_signals"}) {
     if (key.path.ends_with(list)) return "L1CA";
   }
   if (key.type == Type::Texts && key.path.ends_with("satellites")) return "GPS";
-  if (key.path.ends_with("vehicle_shares")) return "car=7";
+  if (key.path.ends_with("vehicle_fractions")) return "car=7";
   if (key.path.ends_with("loop_bandwidths_hz") || key.path.ends_with("spacings_chips")) return "L1CA=0.7";
   if (key.type == Type::Text || key.type == Type::Texts) return "GPS=7";
   const options::Range range = key.range.value();

@@ -61,8 +61,9 @@ struct ProfileHead {
   std::string base;                ///< name of the profile from which it was made
   std::vector<std::string> notes;  ///< lines of comment at the top
 };
-/// The estimated key of the obstacles: the scenario's `shadowing.skyline.share`, which is not in profiles.
-inline constexpr char kSkylineFraction[] = "signal.shadowing.skyline.share";
+/// The estimated key of the obstacles: the scenario's `shadowing.skyline.obstacle_fraction`, which is not in
+/// profiles.
+inline constexpr char kSkylineFraction[] = "signal.shadowing.skyline.obstacle_fraction";
 /// A profile: the keys of `receiver` that differ from Canyon's defaults or have an estimate, with their
 /// sources, and unidentified keys as comments. simulation::parse_profile() reads the same receiver back,
 /// except for its obstacles.
@@ -130,7 +131,7 @@ struct Calibration {
 
 /// The fitted fraction of buildings with coated glass; empty if it was not fitted.
 [[nodiscard]] std::optional<double> fitted_glass(const Calibration& result);
-/// Items of a scenario's `city.facades.shares` with that fraction of coated glass, in percent:
+/// Items of a scenario's `city.facades.fractions` with that fraction of coated glass, in percent:
 /// "coated_glass=14".
 [[nodiscard]] std::vector<std::string> facade_fractions(double coated_glass);
 

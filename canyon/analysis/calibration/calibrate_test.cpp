@@ -96,13 +96,13 @@ TEST(Calibrate, KnownReceiverComesBack) {
   const Calibration c = calibrate({drive});
   print(c);
   expect_known(c, "signal.link.above_minimum_db", 1.5 - 5, 2.5);
-  expect_known(c, "signal.shadowing.skyline.share", 0.3, 0.25);
+  expect_known(c, "signal.shadowing.skyline.obstacle_fraction", 0.3, 0.25);
   expect_known(c, "signal.lock.tracking_threshold_dbhz", 16, 1);
   // The level has risen by the time a signal is measured again.
   EXPECT_NEAR(*parse_double(of(c, "signal.lock.acquisition_threshold_dbhz").recorded), 25, 2);
   EXPECT_EQ(of(c, "signal.cn0_step_db").after(), "0.25");
   EXPECT_EQ(of(c, "tracks").verdict, Verdict::Agrees);
-  EXPECT_EQ(of(c, "leaves_out").verdict, Verdict::Agrees);
+  EXPECT_EQ(of(c, "exclude_signals").verdict, Verdict::Agrees);
 }
 
 // Coated glass on 70 % of the buildings, or on none: the fraction is found with other samples of each
@@ -131,7 +131,7 @@ TEST(Calibrate, FacadesOfThePlaceComeBack) {
     ASSERT_TRUE(c.coated_glass);
     std::printf("coated glass %g: %s (%s)\n", coated ? 0.7 : 0, c.coated_glass->recorded.c_str(),
                 c.coated_glass->interval.c_str());
-    EXPECT_EQ(c.coated_glass->key, "city.facades.shares.coated_glass");
+    EXPECT_EQ(c.coated_glass->key, "city.facades.fractions.coated_glass");
     EXPECT_EQ(c.values.count(c.coated_glass->key), 0U);  // not a key of a profile
     found[coated ? 1 : 0] = *parse_double(c.coated_glass->recorded);
   }
@@ -147,7 +147,7 @@ TEST(Calibrate, WhatNothingTellsIsSaid) {
   options.seeds = 1;
   const Calibration c = calibrate({drive_of(recorded)}, options);
   print(c);
-  for (const char* key : {"signal.shadowing.skyline.share", "signal.lock.tracking_threshold_dbhz",
+  for (const char* key : {"signal.shadowing.skyline.obstacle_fraction", "signal.lock.tracking_threshold_dbhz",
                           "signal.lock.acquisition_threshold_dbhz", "signal.phase_threshold_dbhz"}) {
     EXPECT_EQ(of(c, key).verdict, Verdict::Unidentified) << key;
     EXPECT_FALSE(of(c, key).basis.empty()) << key;
@@ -170,15 +170,15 @@ TEST(Calibrate, NeverTrackedGroupsAreLeftOut) {
   drive.systems.insert(gnss::System::GLONASS);  // requested, but never received
   const Calibration c = calibrate({drive}, options);
   print(c);
-  EXPECT_EQ(of(c, "leaves_out").after(), "[GPS-IIF, GLONASS]") << of(c, "leaves_out").basis;
-  EXPECT_THAT(of(c, "leaves_out").basis, HasSubstr("GPS-IIF never tracked"));
+  EXPECT_EQ(of(c, "exclude_signals").after(), "[GPS-IIF, GLONASS]") << of(c, "exclude_signals").basis;
+  EXPECT_THAT(of(c, "exclude_signals").basis, HasSubstr("GPS-IIF never tracked"));
   // The reverse: signals that the profile leaves out and the recording has.
   const Calibration back = calibrate({drive_of(recorded,
                                                [](simulation::ReceiverConfig& receiver) {
                                                  receiver.options.leaves_out = {"GPS-IIR", "GPS-IIF"};
                                                })},
                                      options);
-  EXPECT_EQ(of(back, "leaves_out").after(), "[GPS-IIF]") << of(back, "leaves_out").basis;
+  EXPECT_EQ(of(back, "exclude_signals").after(), "[GPS-IIF]") << of(back, "exclude_signals").basis;
 }
 
 // The second half may have any content.

@@ -114,7 +114,7 @@ void add_leaves_out(std::span<const Observed> recorded, std::span<const std::set
     if (std::find(after.begin(), after.end(), name) == after.end()) after.push_back(name);
     basis.push_back(fmt::format("{} never recorded", name));
   }
-  result.add(list_estimate("leaves_out", receiver.options.leaves_out, after,
+  result.add(list_estimate("exclude_signals", receiver.options.leaves_out, after,
                            basis.empty() ? "every group that is high and clear for a minute is tracked"
                                          : fmt::format("{}", fmt::join(basis, "; "))));
 }

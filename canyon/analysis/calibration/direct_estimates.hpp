@@ -43,8 +43,9 @@ struct Observed {
 /// The recorded side of a comparison.
 [[nodiscard]] Observed observed(const validation::Comparison& comparison);
 
-/// Adds `tracks` and `leaves_out`: recorded signals, and systems, orbits and blocks that are never recorded
-/// although their satellites are high and in clear view. @param skies systems of each recording's sky
+/// Adds `tracks` and `exclude_signals`: recorded signals, and systems, orbits and blocks that are never
+/// recorded although their satellites are high and in clear view. @param skies systems of each recording's
+/// sky
 void add_tracked(std::span<const Observed> recorded, std::span<const std::set<gnss::System>> skies,
                  const simulation::ReceiverConfig& receiver, Calibration& result);
 

@@ -24,7 +24,7 @@ TEST(ProfileText, ReadsBack) {
     simulation::Profile profile =
         simulation::parse_profile(std::string(built_in.text), std::string(built_in.name));
     const Values values{{"signal.offset_db", "[BeiDou-2&BeiDou-GEO=-3.5, Galileo=1]"},
-                        {"leaves_out", "[BeiDou-GEO]"},
+                        {"exclude_signals", "[BeiDou-GEO]"},
                         {"signal.lock.reacquisition_s", "2.5"},
                         {"signal.antenna_rows", "[[-30, -18, -14], [0, -3, -12], [90, 2, -18]]"}};
     Values own = values;

@@ -71,8 +71,8 @@ std::vector<double> coated_fractions(std::span<const FitDrive> drives) {
 Axes axes_of(const simulation::ReceiverConfig& receiver, const std::vector<double>& coated_glass) {
   const tracking::SignalOptions& signal = receiver.options.signal;
   const double level_db = signal.link.above_minimum_db;
-  return {axis_of("city.facades.shares.coated_glass", "", kCoatedGlass, kCoatedGlassDeviation, coated_glass,
-                  0, 1, 0.05),
+  return {axis_of("city.facades.fractions.coated_glass", "", kCoatedGlass, kCoatedGlassDeviation,
+                  coated_glass, 0, 1, 0.05),
           axis_of("signal.link.above_minimum_db", "dB", level_db, 5,
                   {level_db - 8, level_db - 4, level_db, level_db + 4, level_db + 8}, -10, 20, 1),
           axis_of(kSkylineFraction, "", *disturbance::skyline_numbers(signal.shadowing).fraction, 0.2,

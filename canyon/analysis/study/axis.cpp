@@ -83,11 +83,13 @@ void visit_unknowns(options::Visitor& v, Axis& o) {
        "none"},
       sample_count, 1, kMax);
   if (v.reads()) o.kind = Axis::Kind::Unknowns, o.count = sample_count;
-  v.texts({"known", "", "unknowns that are not sampled: level, skyline, facades, map", "none"}, o.known);
+  v.texts({"fixed_unknowns", "", "unknowns that are not sampled: level, skyline, facades, map", "none"},
+          o.known);
+  v.former_name("known", "fixed_unknowns");
   try {
     for (const std::string& name : o.known) (void)unknowns::unknown_of(name);
   } catch (const InputError& e) {
-    throw v.fault("known", e.problem(), e.hint());
+    throw v.fault("fixed_unknowns", e.problem(), e.hint());
   }
 }
 
@@ -146,8 +148,9 @@ void visit(options::Visitor& v, Axis& o) {
              "occasion has its own random numbers, shared by all settings",
              "true of times, seeds, drives and unknowns"},
             o.realization);
-  v.boolean({"crossed", "", "in a sample: run every value at every point, instead of sampling one"},
+  v.boolean({"full_factorial", "", "in a sample: run every value at every point, instead of sampling one"},
             o.crossed);
+  v.former_name("crossed", "full_factorial");
   if (!v.reads()) return;
 
   const bool is_bench_key = o.kind != Axis::Kind::Values && o.kind != Axis::Kind::Range;

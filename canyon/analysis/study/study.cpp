@@ -200,7 +200,8 @@ StudyPlan StudyPlan::parse(const std::string& text, const std::filesystem::path&
 
 // Adds trees and lines to the texts of visit(), and checks that the keys are a scenario's.
 void StudyPlan::read_axes(const Node& root) {
-  const std::vector<std::string> known = simulation::scenario_description().paths();
+  std::vector<std::string> known = simulation::scenario_description().paths();
+  for (const auto& [name, path] : simulation::scenario_description().former_names) known.push_back(name);
   const auto is_list = [&](const std::string& key) {
     const std::string items = plain_key(key) + "[]";
     return std::any_of(known.begin(), known.end(), [&](auto& path) { return path.starts_with(items); });

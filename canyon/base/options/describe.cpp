@@ -117,6 +117,12 @@ void Description::add_other_name(const std::string& name, const std::string& pat
   other_names.emplace_back(name, path);
 }
 
+std::string Description::current(const std::string& path) const {
+  const auto at = std::find_if(former_names.begin(), former_names.end(),
+                               [&](const auto& each) { return each.first == path; });
+  return at == former_names.end() ? path : at->second;
+}
+
 std::vector<std::string> Description::paths() const {
   std::vector<std::string> result;
   for (const Key& key : keys) result.push_back(key.path);
@@ -137,6 +143,10 @@ void Describer::replaced(std::string_view key, std::string_view hint) {
 
 void Describer::other_name(std::string_view name, std::string_view path) {
   other_names_.emplace_back(join_path(path_, name), join_path(path_, path));
+}
+
+void Describer::former_name(std::string_view name, std::string_view path) {
+  description_.former_names.emplace_back(join_path(path_, name), join_path(path_, path));
 }
 
 void Describer::field(const Field& field, Value& value) {

@@ -40,11 +40,15 @@ struct Description {
   std::map<std::string, std::string> replaced;  ///< hints, by the paths of Visitor::replaced()
   /// Names and paths of Visitor::other_name(). `keys` lists them at its end.
   std::vector<std::pair<std::string, std::string>> other_names;
+  /// Names and paths of Visitor::former_name(); not in `keys`.
+  std::vector<std::pair<std::string, std::string>> former_names;
 
   /// Adds another name of the key `path`. @param effect additional effect, for tables
   void add_other_name(const std::string& name, const std::string& path, std::string_view effect = {});
 
   [[nodiscard]] std::vector<std::string> paths() const;
+  /// The path that a former name stands for; another path as it is.
+  [[nodiscard]] std::string current(const std::string& path) const;
 };
 
 class Describer final : public Visitor {
@@ -54,6 +58,7 @@ class Describer final : public Visitor {
   void require(std::string_view key, std::string_view hint) override;
   void replaced(std::string_view key, std::string_view hint) override;
   void other_name(std::string_view name, std::string_view path) override;
+  void former_name(std::string_view name, std::string_view path) override;
   [[nodiscard]] Description take() &&;
 
  protected:

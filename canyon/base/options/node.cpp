@@ -297,6 +297,7 @@ void Document::set_keys(const Description& description) {
   known = description.paths();
   replaced = description.replaced;
   other_names = description.other_names;
+  other_names.insert(other_names.end(), description.former_names.begin(), description.former_names.end());
 }
 
 std::string Document::hint_for(const std::string& path, const std::string& key) const {

@@ -69,7 +69,7 @@ void visit(Visitor& v, Car& o) {
   v.other_name("old.owner", "owners");
   v.list("wheels", o.wheels, [&](Wheel& wheel) {
     visit(v, wheel);
-    v.other_name("size_m", "radius_m");
+    v.former_name("size_m", "radius_m");
   });
 }
 
@@ -120,7 +120,8 @@ TEST(Options, OtherNamesAreTheKeys) {
   EXPECT_EQ(read_text<Car>("wheels: [{radius_m: 0.3}, {size_m: 0.4}]").wheels.at(1).radius_m, 0.4);
   EXPECT_EQ(fault("wheels: [{radius_m: 0.3},\n  {size_m: 0.4, radius_m: 0.4}]"),
             "g.yaml:2: size_m: conflicts with 'radius_m'; keep one");
-  EXPECT_EQ(describe<Car>().keys.back().meaning, "the same as wheels[].radius_m");
+  EXPECT_EQ(describe<Car>().keys.back().meaning, "the same as owners");
+  EXPECT_EQ(describe<Car>().current("wheels[].size_m"), "wheels[].radius_m");
 }
 
 TEST(Options, ReadersNameFileLineAndCure) {

@@ -25,7 +25,7 @@ struct TilesCity {
 /// of its own is read as east, north, up about `origin`, which alone georeferences it.
 ///
 /// A missing or broken tile is a gap: it is named, the rest is read. Throws InputError if the tileset itself
-/// cannot be read, if no tile is left, and if more than most_tiles are needed. `progress` is called with the
+/// cannot be read, if no tile is left, and if more than max_tiles are needed. `progress` is called with the
 /// numbers of finished and of all tiles.
 [[nodiscard]] TilesCity read_tiles(const TileOptions& options, const std::optional<geodesy::Geodetic>& origin,
                                    const std::function<void(std::size_t, std::size_t)>& progress = {});

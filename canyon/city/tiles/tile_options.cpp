@@ -39,9 +39,11 @@ void visit(options::Visitor& v, TileOptions& o) {
   }
   v.number({"margin_m", "m", "around the scenario's trajectory, if there is no box"}, o.margin_m,
            {10, 50'000});
-  v.integer({"most_tiles", "", "rejects a selection of more tiles"}, o.max_tiles, 1, 1'000'000);
-  v.boolean({"elsewhere", "", "follow references out of the tileset's folder or to other servers"},
+  v.integer({"max_tiles", "", "rejects a selection of more tiles"}, o.max_tiles, 1, 1'000'000);
+  v.former_name("most_tiles", "max_tiles");
+  v.boolean({"allow_external", "", "follow references out of the tileset's folder or to other servers"},
             o.allow_external);
+  v.former_name("elsewhere", "allow_external");
   v.text({"cache", "", "folder of downloads", "~/.cache/canyon"}, o.cache);
   v.integer({"timeout_s", "s", "timeout of a server that stops sending"}, o.timeout_s, 1, 3600);
 }

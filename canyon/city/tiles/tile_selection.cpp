@@ -207,7 +207,7 @@ class Selector {
     if (++files_ > maximum) {
       throw TooMany(
           fmt::format("the tileset has more than {} tilesets, subtrees and gaps in the area", maximum),
-          "give a smaller bbox, a larger error_m, or more most_tiles");
+          "give a smaller bbox, a larger error_m, or more max_tiles");
     }
   }
   void read_later(Pending pending) {
@@ -282,7 +282,7 @@ class Selector {
     if (out_.tiles.size() >= static_cast<std::size_t>(options_.max_tiles)) {
       throw TooMany(fmt::format("more than {} tiles are needed for this area with a geometric error of {} m",
                                 options_.max_tiles, options_.error_m),
-                    "give a smaller bbox, a larger error_m, or more most_tiles");
+                    "give a smaller bbox, a larger error_m, or more max_tiles");
     }
     out_.coarsest_m = std::max(out_.coarsest_m, tile.error_m);
     out_.tiles.push_back(std::move(tile));

@@ -41,7 +41,7 @@ struct TilesetRoot {
 /// these are refined by ADD. Reads external tilesets and subtrees on demand, those of one level together, so
 /// that downloads run in parallel. A tile without content of its own is never fine enough: with a wrong
 /// geometric error it would leave a hole. A reference that cannot be read is a gap. Throws InputError if the
-/// root cannot be read, and for more than `options.most_tiles` tiles.
+/// root cannot be read, and for more than `options.max_tiles` tiles.
 [[nodiscard]] TileSelection select_tiles(TileSource& source, const TileArea& area,
                                          const TileOptions& options);
 

@@ -132,7 +132,7 @@ std::string TileSource::resolve_path(const std::string& base, const std::string&
   const fs::path whole = fs::weakly_canonical(fs::path(base).parent_path() / relative, error);
   if (error || (!options_.allow_external && !is_in_folder_of(whole, root_))) {
     throw InputError(fmt::format("'{}' is outside the tileset's folder and is not read", uri),
-                     "if you trust the tileset, set city.tiles.elsewhere: true");
+                     "if you trust the tileset, set city.tiles.allow_external: true");
   }
   return whole.string();
 }
@@ -143,7 +143,7 @@ std::string TileSource::resolve_web(const std::string& base, const std::string& 
   if (!same_server && !options_.allow_external) {
     throw InputError(
         fmt::format("'{}' is on another server than the tileset and is not read", public_address(url)),
-        "if you trust the tileset, set city.tiles.elsewhere: true");
+        "if you trust the tileset, set city.tiles.allow_external: true");
   }
   return server_of(url) == server_of(base) ? with_query_of(base, url) : url;
 }

@@ -162,7 +162,7 @@ TEST(FileSinks, SeveralReceiversHaveFolders) {
   const test::TemporaryFolder folder;
   const auto simulation =
       prepare(kNominal,
-              "receivers: [{name: left}, {name: right, own_draws: true}]\n"
+              "receivers: [{name: left}, {name: right, independent_noise: true}]\n"
               "outputs: {kml: false, geojson: false, nmea: false, satellites_csv: false}\n");
   (void)run_into(simulation, folder.path());
   EXPECT_EQ(files_in(folder.path()), (std::set<std::string>{"sky.nav", "left/epochs.csv", "left/receiver.obs",
@@ -177,7 +177,7 @@ TEST(FileSinks, SamplesAreOneFileABandAndReceiver) {
   const test::TemporaryFolder folder;
   const auto simulation =
       prepare(kNominal,
-              "duration_s: 0.5\nreceivers: [{name: left}, {name: right, own_draws: true}]\n"
+              "duration_s: 0.5\nreceivers: [{name: left}, {name: right, independent_noise: true}]\n"
               "outputs: [samples]\nsamples: {bands: [L1, L2C], rate_hz: 2.5e6, format: 2bit}\n");
   const auto result = run_into(simulation, folder.path());
   std::set<std::string> expected;

@@ -13,6 +13,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/named.hpp"
+#include "canyon/base/options/describe.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/outputs/encoding/epoch_values.hpp"
 
@@ -56,7 +57,8 @@ Receivers meant_by(const OptionsRequest& request, const Receivers& receivers) {
 }
 
 std::string get(const OptionsRequest& request, const Receivers& receivers) {
-  const std::string_view wanted = trim(request.text);
+  const std::string wanted =
+      options::description_of<simulation::RunnerConfig>().current(std::string(trim(request.text)));
   const auto holds = [&](const Line& line) {
     return wanted.empty() || line.key == wanted || line.key.starts_with(fmt::format("{}.", wanted));
   };

@@ -636,8 +636,8 @@ TEST(Session, StaggeredReceiversHaveInstantsOfTheirOwn) {
 
 const std::string kRoverAndBase =
     "receivers:\n"
-    "  - {name: rover, profile: ideal, own_draws: true, corrections: {from: base}}\n"
-    "  - {name: base, profile: ideal, own_draws: true, fixed: {east_m: 0, north_m: 0, up_m: 220}}\n";
+    "  - {name: rover, profile: ideal, independent_noise: true, corrections: {from: base}}\n"
+    "  - {name: base, profile: ideal, independent_noise: true, fixed: {east_m: 0, north_m: 0, up_m: 220}}\n";
 
 // The base's epoch of an instant is before the rover's, in any order of vehicles.
 TEST(Session, CorrectionsAreThoseOfTheSameInstant) {

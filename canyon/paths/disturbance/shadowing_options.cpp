@@ -113,9 +113,10 @@ SkylineOptions skyline_numbers(const ShadowingOptions& options) {
 }
 
 void visit(options::Visitor& v, SkylineOptions& o) {
-  v.number({"share", "", "fraction of azimuths with an obstacle on the ground that the map lacks",
+  v.number({"obstacle_fraction", "", "fraction of azimuths with an obstacle on the ground that the map lacks",
             "dense 0.5, urban 0.25, suburban 0.1; random by the seed if surroundings are auto"},
            o.fraction, {0, 1});
+  v.former_name("share", "obstacle_fraction");
   v.number({"height_m", "m", "mean height of these obstacles above 2 m"}, o.height_m, {0, 100, true});
 }
 
@@ -214,7 +215,7 @@ StreetNumbers street_numbers(const StreetOptions& o) {
 void StreetOptions::validate() const {
   options::check(*this, "streets");
   if (red_s > cycle_s) {
-    throw InputError(fmt::format("red_s of the streets is {}", red_s),
+    throw InputError(fmt::format("red_phase_s of the streets is {}", red_s),
                      fmt::format("give 0 s to one cycle, {:g} s", cycle_s));
   }
   if (vehicle_fractions.empty()) return;
@@ -229,7 +230,7 @@ void StreetOptions::validate() const {
     }
     sum += fraction;
   }
-  if (!(sum > 0)) throw InputError("vehicle_shares are all 0", "give at least one above 0");
+  if (!(sum > 0)) throw InputError("vehicle_fractions are all 0", "give at least one above 0");
 }
 
 void visit(options::Visitor& v, StreetOptions& o) {
@@ -247,13 +248,15 @@ void visit(options::Visitor& v, StreetOptions& o) {
   v.integer({"lanes", "lanes", "lanes in each direction; 0: by class, 3, 2 or 1"}, o.lanes, 0, 6);
   v.number({"vehicles_per_km", "1/km", "vehicles of each lane", "by class: 25, 25 or 10"}, o.vehicles_per_km,
            {0, 65});
-  v.named_numbers({"vehicle_shares", "",
+  v.named_numbers({"vehicle_fractions", "",
                    "fractions of vehicles instead of the region's, divided by their sum: [car=80, bus=20]"},
                   o.vehicle_fractions, {0, 100}, "CLASS=SHARE");
+  v.former_name("vehicle_shares", "vehicle_fractions");
   v.number({"speed_mps", "m/s", "speed of traffic on a free road", "by class: 13.9, 11.1 or 8.3"},
            o.speed_mps, {0, 50, true});
   v.number({"cycle_s", "s", "period of the traffic lights"}, o.cycle_s, {1, 1000});
-  v.number({"red_s", "s", "red part of each period, in which traffic waits"}, o.red_s, {0, 1000});
+  v.number({"red_phase_s", "s", "red part of each period, in which traffic waits"}, o.red_s, {0, 1000});
+  v.former_name("red_s", "red_phase_s");
   v.number({"trees_per_km", "1/km", "trees on each side", "by class and region"}, o.trees_per_km, {0, 200});
   v.number({"signs_per_km", "1/km", "boards over the road, on each side", "by class and region"},
            o.signs_per_km, {0, 200});

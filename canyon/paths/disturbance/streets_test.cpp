@@ -320,7 +320,7 @@ TEST(StreetOptions, RefuseWhatCannotBe) {
   const test::SpoiledOptions<StreetOptions> problem;
   EXPECT_EQ(problem([](StreetOptions&) {}), "");
   EXPECT_THAT(problem([](StreetOptions& o) { o.vehicles_per_km = 70; }), HasSubstr("vehicles_per_km"));
-  EXPECT_THAT(problem([](StreetOptions& o) { o.red_s = 91; }), HasSubstr("red_s"));
+  EXPECT_THAT(problem([](StreetOptions& o) { o.red_s = 91; }), HasSubstr("red_phase_s"));
   EXPECT_THAT(problem([](StreetOptions& o) { o.vehicle_fractions = {{"tank", 1}}; }), HasSubstr("'tank'"));
   EXPECT_THAT(problem([](StreetOptions& o) { o.vehicle_fractions = {{"car", 0}}; }), HasSubstr("all 0"));
 }

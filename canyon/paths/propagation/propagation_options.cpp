@@ -31,10 +31,11 @@ void visit(options::Visitor& v, DiffuseOptions& o) {
   v.integer({"bounces", "", "largest number of facades on a path, at least one of which scatters"}, o.bounces,
             1, 8);
   v.number({"max_range_m", "m", "largest length of these rays"}, o.max_range_m, kReach_m);
-  v.number({"glint_sigma", "rad",
+  v.number({"scattering_angle_sigma_rad", "rad",
             "angle between the specular point and the scattering centre of a piece of facade, visible in "
             "Dopplers; 0: mirrors"},
            o.glint_sigma, {0, 1});
+  v.former_name("glint_sigma", "scattering_angle_sigma_rad");
 }
 
 void PropagationOptions::validate() const {

@@ -29,7 +29,7 @@ void check(const Measurement& m) {
   if (!(m.sigma_m > 0) || !std::isfinite(m.sigma_m)) bad = "sigma_m";
   if (!(m.sigma_factor > 0) || !std::isfinite(m.sigma_factor)) bad = "sigma_factor";
   if (m.id.number > 99) bad = "number";
-  if (!std::isfinite(m.ionosphere_fraction)) bad = "ionosphere_share";
+  if (!std::isfinite(m.ionosphere_fraction)) bad = "ionosphere_fraction";
   if (m.cn0_dbhz && !std::isfinite(*m.cn0_dbhz)) bad = "cn0_dbhz";
   if (m.doppler_hz) {
     if (!std::isfinite(*m.doppler_hz)) bad = "doppler_hz";

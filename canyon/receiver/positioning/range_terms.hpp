@@ -77,7 +77,7 @@ struct ModelState {
   geodesy::GpsTime time;
   geodesy::Geodetic position;
   geodesy::AzimuthElevation look_angles;
-  /// Fraction of the ionosphere in the pseudorange (positioning::Measurement::ionosphere_share).
+  /// Fraction of the ionosphere in the pseudorange (positioning::Measurement::ionosphere_fraction).
   double ionosphere_fraction = 1;
 };
 

@@ -38,7 +38,8 @@ void visit(options::Visitor& v, CorrectionOptions& o) {
   v.number({"latency_s", "s", "delay from the base's epoch to the arrival of corrections"}, o.latency_s,
            {0, 600});
   v.number({"jitter_s", "s", "largest additional delay, uniformly distributed"}, o.jitter_s, {0, 600});
-  v.number({"loss", "", "fraction of lost epochs"}, o.loss, {0, 1});
+  v.number({"loss_fraction", "", "fraction of lost epochs"}, o.loss, {0, 1});
+  v.former_name("loss", "loss_fraction");
   v.number({"range_m", "m", "range of the link to the base; 0: no limit"}, o.range_m, {0, 1e7});
   v.numbers({"outages_s", "s",
              "outages of the link as begin, end, begin, end since the start of the run: [20, 40, 100, 110]; "

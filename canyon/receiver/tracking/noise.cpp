@@ -77,8 +77,9 @@ void visit(options::Visitor& v, ClockOptions& o) {
   v.number({"bias_s", "s", "receiver clock minus GPST at the first epoch"}, o.bias_s, {-0.1, 0.1});
   v.number({"drift", "s/s", "clock drift at the first epoch"}, o.drift, {-1e-4, 1e-4});
   v.number({"drift_walk", "s/s/sqrt(s)", "random walk of the drift"}, o.drift_walk, {0, 1e-4});
-  v.number({"tag_sigma_s", "s", "standard deviation of time tags that are independent at each epoch"},
+  v.number({"time_tag_sigma_s", "s", "standard deviation of time tags that are independent at each epoch"},
            o.tag_sigma_s, {0, 1e-3});
+  v.former_name("tag_sigma_s", "time_tag_sigma_s");
 }
 
 }  // namespace canyon::tracking

@@ -157,7 +157,8 @@ void visit(options::Visitor& v, ImuOptions& o) {
   });
   v.number({"time_offset_s", "s", "time stamps minus the true times"}, o.time_offset_s, {-10, 10});
   v.number({"time_jitter_s", "s", "standard deviation of the time stamps"}, o.time_jitter_s, {0, 1});
-  v.number({"lost", "", "fraction of samples that are lost"}, o.lost, {0, 1, false, true});
+  v.number({"loss_fraction", "", "fraction of samples that are lost"}, o.lost, {0, 1, false, true});
+  v.former_name("lost", "loss_fraction");
   v.list("frozen", o.frozen, [&](SensorFault& each) { visit(v, each); });
 }
 

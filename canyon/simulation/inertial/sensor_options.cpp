@@ -109,9 +109,10 @@ void visit(options::Visitor& v, MagnetometerOptions& o) {
   v.number({"resolution_ut", "uT", "step of the values; 0: not rounded", kBy}, o.resolution_ut, {0, 100});
   v.number({"range_ut", "uT", "largest value; none: no limit", kBy}, o.range_ut,
            options::or_none({0, 1e6, true}));
-  v.number({"surroundings_ut", "uT",
+  v.number({"roadside_field_ut", "uT",
             "standard deviation of the field of steel along the road, in each axis; varies with distance"},
            o.surroundings_ut, {0, 1000});
+  v.former_name("surroundings_ut", "roadside_field_ut");
 }
 
 namespace {

@@ -47,7 +47,8 @@ simulation::Simulation simulate(int only, int reflected) {
   for (const char* own :
        {"name: a", "name: b, lever_arm: {forward_m: 0.1}", "name: c, lever_arm: {left_m: 0.1}"}) {
     text +=
-        "  - {own_draws: false, clock: {bias_s: 0, drift: 1e-7, drift_walk: 0}, signal: {enabled: true}, " +
+        "  - {independent_noise: false, clock: {bias_s: 0, drift: 1e-7, drift_walk: 0}, signal: {enabled: "
+        "true}, " +
         std::string(own) + "}\n";
   }
   simulation::Scenario scenario = simulation::parse_scenario(text, "test.yaml");

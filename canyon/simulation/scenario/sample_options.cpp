@@ -53,7 +53,8 @@ void visit(options::Visitor& v, SampleOptions& o) {
            o.intermediate_hz, {-100e6, 100e6});
   v.number({"bandwidth_hz", "Hz", "two-sided bandwidth of a filter before the converter; 0: none"},
            o.bandwidth_hz, {0, 200e6});
-  v.boolean({"real", "", "real samples, at an intermediate frequency"}, o.real);
+  v.boolean({"real_valued", "", "real samples, at an intermediate frequency"}, o.real);
+  v.former_name("real", "real_valued");
   v.boolean({"noise", "", "noise of the front end"}, o.noise);
   v.choice({"format", "", "encoding of real and imaginary parts"}, o.format, kFormats);
   v.number(

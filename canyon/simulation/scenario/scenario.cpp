@@ -28,8 +28,9 @@ void visit(options::Visitor& v, MapOptions& o) {
        "directions); auto: one with a position filter and without a fixed position drives below 5 m above "
        "the terrain and flies above, others are stationary"},
       o.motion, kMotions);
-  v.number({"pace_mps", "m/s", "speed of a receiver of a heat map that drives or flies"}, o.pace_mps,
+  v.number({"speed_mps", "m/s", "speed of a receiver of a heat map that drives or flies"}, o.pace_mps,
            {0.1, 300});
+  v.former_name("pace_mps", "speed_mps");
 }
 
 std::string_view name(Motion motion) {
@@ -152,7 +153,7 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
   }
   if (!options.independent_noise && !receivers[*base].options.independent_noise) {
     refuse("and both have the same noise, which would vanish in the difference",
-           "remove own_draws: false from one of them");
+           "remove independent_noise: false from one of them");
   }
 }
 

@@ -235,9 +235,10 @@ void visit(options::Visitor& v, RunnerConfig& o);
 /// `config` with the changes of a YAML or JSON text to a running receiver: any key of parse_live_config() but
 /// `sky`, `start`, `name`, `base`, `corrections.from` and `faults`, nested ("clock: {bias_s: 1}") or with
 /// dots ("clock.bias_s: 1"). Absent keys do not change. `profile` sets all keys of a receiver but name,
-/// own_draws, corrections.from, lever_arm and streets; other keys of the text override it. `name` of the text
-/// as for parse_live_config(); if it is not empty, the text is a request from a client, and `profile` names
-/// one of Canyon's, or a file in the folder of `name`. Throws InputError as parse_live_config().
+/// independent_noise, corrections.from, lever_arm and streets; other keys of the text override it. `name` of
+/// the text as for parse_live_config(); if it is not empty, the text is a request from a client, and
+/// `profile` names one of Canyon's, or a file in the folder of `name`. Throws InputError as
+/// parse_live_config().
 [[nodiscard]] RunnerConfig changed_live_config(const RunnerConfig& config, const std::string& text,
                                                const std::filesystem::path& name);
 /// The keys that changed_live_config() accepts.

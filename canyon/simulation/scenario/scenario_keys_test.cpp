@@ -57,7 +57,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "{model: specular, reflection_order: 1, max_range_m: 300, max_incidence_deg: 89, ground_reflection: "
       "false, diffraction: {enabled: true, max_range_m: 200, edge_radius_m: 1, "
       "terrain: true}, diffuse: {enabled: true, scattering_coefficient: 0.3, bounces: 2, max_range_m: 200, "
-      "glint_sigma: 0.2}, through_foliage: true, "
+      "scattering_angle_sigma_rad: 0.2}, through_foliage: true, "
       "retrace_interval_s: 2, "
       "retrace_distance_m: 0.5}";
   const std::string noise =
@@ -87,7 +87,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "true, gpx: true, mcap: true, "
       "samples: true, "
       "pictures: true}\n"
-      "map: {motion: driving, pace_mps: 5}\n"
+      "map: {motion: driving, speed_mps: 5}\n"
       "samples: {bands: [L1, E5a], rate_hz: 2e6, intermediate_hz: 5e5, bandwidth_hz: 1e6, real: true, noise: "
       "false, format: 2bit, noise_level: 0.5}\n"
       "live: {poses: [{from: 'stdin:', format: mavlink, id: a, receivers: [rover], messages: [SIM_STATE], "
@@ -101,7 +101,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "propagation: " +
           propagation + "\nnoise: " + noise + "\nshadowing: " + shadowing + "\nsurroundings: dense\n",
       "streets: {enabled: true, region: east_asia, class: arterial, lanes: 2, vehicles_per_km: 30, "
-      "vehicle_shares: [car=80, bus=20], speed_mps: 9, cycle_s: 80, red_s: 30, trees_per_km: 10, "
+      "vehicle_fractions: [car=80, bus=20], speed_mps: 9, cycle_s: 80, red_phase_s: 30, trees_per_km: 10, "
       "signs_per_km: "
       "20, awnings_per_km: 30, footbridges_per_km: 1, antenna_height_m: 2, azimuth_deg: 45}\n"
       "city: {facades: {shares: [tile=25, metal=75]}, georeference: {sigma_m: 2, heading_sigma_deg: "
@@ -110,15 +110,16 @@ std::vector<std::string> scenarios_with_every_key() {
       "min_height_m: 10, "
       "max_height_m: 30, seed: 2}}\n"
       "sky: {nominal: true, errors: {enabled: true, orbit_clock_m: [GPS=1], orbit_clock_time_s: 600, "
-      "ionosphere_share: 0.4, ionosphere_time_s: 600, ionosphere_length_m: 1e6, solar_flux_sfu: 150, "
+      "ionosphere_fraction: 0.4, ionosphere_time_s: 600, ionosphere_length_m: 1e6, solar_flux_sfu: 150, "
       "troposphere_m: 0.1, "
       "troposphere_time_s: 600, troposphere_length_m: 1e5}}\n"
       "start: 2026-06-01T12:00:00Z\noutputs: [nmea, kml]\n"
       "trajectory: {attitude: aircraft, waypoints: [{latitude_deg: 1, longitude_deg: 2, height_m: 3, "
       "height_above_terrain_m: 4, speed_mps: 5, hold_s: 6}, {east_m: 1, north_m: 2, up_m: 3}], "
       "speed_mps: 3, hold_s: 1, acceleration_mps2: 2}\n"
-      "receivers: [{name: a, profile: paper, own_draws: true, tracks: [L1CA, E5a], leaves_out: "
-      "[GPS-IIR], at_once: beidou_by_b1c, uses: [E5a], ionosphere_sigma_m: 4, sigma_factor: [GLONASS=2], "
+      "receivers: [{name: a, profile: paper, independent_noise: true, tracks: [L1CA, E5a], exclude_signals: "
+      "[GPS-IIR], concurrent_systems: beidou_by_b1c, uses: [E5a], ionosphere_sigma_m: 4, sigma_factor: "
+      "[GLONASS=2], "
       "smoothing: {method: hatch, "
       "window_s: 60}, biases: {code_m: [GLONASS=3], glonass_channel_m: 0.1, drift_sigma_m: 0.2, "
       "drift_time_s: "
@@ -135,7 +136,8 @@ std::vector<std::string> scenarios_with_every_key() {
       "1e-7}, "
       "dead_reckoning: {enabled: "
       "true, non_holonomic: false, sideways_mps: 0.2, upwards_mps: 0.2, alignment_speed_mps: 4, gate_sigmas: "
-      "5, error_distance_m: 20, error_height_distance_m: 200, error_time_s: 30, space_sigma_m: 1, astray_s: "
+      "5, error_distance_m: 20, error_height_distance_m: 200, error_time_s: 30, range_error_sigma_m: 1, "
+      "divergence_timeout_s: "
       "10, max_sigma_m: 50}, position_filter: {enabled: "
       "true, "
       "acceleration_horizontal: 1, "
@@ -165,7 +167,7 @@ std::vector<std::string> scenarios_with_every_key() {
           "orbit_errors: true, "
           "correct_ionosphere: true, "
           "correct_troposphere: true, lever_arm: {forward_m: 1, left_m: 2, up_m: 3}, "
-          "clock: {bias_s: 1e-3, drift: 1e-7, drift_walk: 1e-9, tag_sigma_s: 1e-8}, propagation: " +
+          "clock: {bias_s: 1e-3, drift: 1e-7, drift_walk: 1e-9, time_tag_sigma_s: 1e-8}, propagation: " +
           propagation +
           ", fix_noise: {horizontal_m: 1, vertical_m: 2, horizontal_mps: 0.1, vertical_mps: 0.2}, noise: " +
           noise +
@@ -205,7 +207,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "profile: bmp388, pressure_change_pa_h: 50, temperature_pa_k: 1}, "
       "magnetometer: {profile: rm3100, rate_hz: 20, axes: "
       "frd, orientation: {roll_deg: 1, pitch_deg: 2, yaw_deg: 3}, noise_ut: 0.1, bias_instability_ut: 0.1, "
-      "hard_iron_ut: 5, soft_iron: 0.1, resolution_ut: 0.1, range_ut: 500, surroundings_ut: 2}}\n",
+      "hard_iron_ut: 5, soft_iron: 0.1, resolution_ut: 0.1, range_ut: 500, roadside_field_ut: 2}}\n",
       "city: {file: c.canyon, geoid: EGM96}\ntrajectory: {position: {latitude_deg: 1, longitude_deg: 2, "
       "height_m: 3}}\n",
       "city: {open: true, origin: {latitude_deg: 1, longitude_deg: 2}}\n"
@@ -250,7 +252,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "0.2, correlation_s: 1, phase_correlation_s: 3}}]\n",
       "city: {synthetic: {}}\nsky: {frozen: {satNum: 1, satAzimuth: 1, satElevation: 1}}\ninterval_s: 60\n"
       "trajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n",
-      "city: {tiles: {file: f, error_m: 2, bbox: [1, 2, 3, 4], margin_m: 90, most_tiles: 9, elsewhere: true, "
+      "city: {tiles: {file: f, error_m: 2, bbox: [1, 2, 3, 4], margin_m: 90, max_tiles: 9, elsewhere: true, "
       "cache: c, timeout_s: 5}}\nstart: 2026-06-01T12:00:00Z\n"
       "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
       "city: {tiles: {url: 'https://example.org/tileset.json'}}\nstart: 2026-06-01T12:00:00Z\n"
@@ -331,6 +333,34 @@ TEST(EveryKey, IsRefusedOutsideItsRangeWithFileLineAndCure) {
     }
   }
   EXPECT_GT(refused, 400);
+}
+
+TEST(EveryKey, IsReadByItsFormerNameToo) {
+  const TemporaryFolder folder;
+  (void)folder.write("f", "");
+  (void)folder.write("c.canyon", "");
+  options::Document document;
+  document.file = folder / "s.yaml";
+  document.set_keys(scenario_description());
+  std::set<std::string> untested;
+  for (const auto& [name, path] : scenario_description().former_names) untested.insert(name);
+  EXPECT_GT(untested.size(), 20U);
+  for (const std::string& text : scenarios_with_every_key()) {
+    const Node root = options::parse_yaml(text, document, "");
+    Scenario expected;
+    options::read(root, document, expected);
+    for (const auto& [name, path] : scenario_description().former_names) {
+      Node former = root;
+      Node::Entry* entry = at_path(former, path);
+      if (entry == nullptr) continue;
+      entry->key = name.substr(name.find_last_of('.') + 1);
+      Scenario scenario;
+      ASSERT_NO_THROW(options::read(former, document, scenario)) << name;
+      EXPECT_EQ(options::exact_text(scenario), options::exact_text(expected)) << name;
+      untested.erase(name);
+    }
+  }
+  EXPECT_THAT(untested, ::testing::IsEmpty());
 }
 
 TEST(EveryKey, OfAReceiverIsRefusedByProfilesAndHostsToo) {

@@ -38,7 +38,7 @@ ReceiverOptions with(const ReceiverOptions& options, const options::Key& key) {
   if (key.path == "elevation_mask_deg") value = "40";
   if (key.path == "signal.lock.acquisition_threshold_dbhz") value = "36";
   if (key.path == "signal.installation_db") value = "-20";
-  if (key.path == "signal.shadowing.skyline.share") value = "0.3";
+  if (key.path == "signal.shadowing.skyline.obstacle_fraction") value = "0.3";
   if (key.path == "noise.mu_m") value = "1000";  // the clock takes it, but for the rounding of larger values
   options::read(options::parse_yaml(test::nested(key.path, value), document, ""), document, changed);
   return changed;
@@ -209,7 +209,7 @@ TEST(CellMethod, OfSteadyReceiversChangeTheMap) {
   // that is not tracked, motion, foliage, and a threshold below all signals of these cells.
   change_each(
       downtown.options(), [&](const ReceiverOptions& options) { return downtown.steady(options); },
-      "own_draws at_once noise.drift. weights.elevation_a_m weights.elevation_b_m "
+      "independent_noise concurrent_systems noise.drift. weights.elevation_a_m weights.elevation_b_m "
       "biases.code_m biases.drift_sigma_m signal.antenna_lower_rows signal.wide_front_end_bandwidth_hz "
       "noise.mu_m "
       "signal.lock.tracking_threshold_dbhz");
@@ -238,8 +238,8 @@ TEST(CellMethod, OfSharedCellsChangeTheMap) {
   // TileTracer leaves out.
   change_each(base, solve,
               "signal. cn0_mask_dbhz covariance_by_residuals "
-              "own_draws biases.glonass_channel_m "
-              "elevation_mask_deg tracks leaves_out at_once");
+              "independent_noise biases.glonass_channel_m "
+              "elevation_mask_deg tracks exclude_signals concurrent_systems");
 }
 
 }  // namespace

@@ -235,7 +235,7 @@ TEST(AntennaFault, ALossBehindTheAmplifierTakesWhatFriisSays) {
   AntennaFaultOptions options;
   options.loss_db = 20;
   EXPECT_EQ(options.cn0_loss_db(), 20);
-  options.stage = AntennaStage::Behind;
+  options.stage = AntennaStage::After;
   EXPECT_NEAR(options.cn0_loss_db(), 1.0674, 1e-4);
 }
 

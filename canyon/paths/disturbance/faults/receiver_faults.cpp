@@ -53,7 +53,7 @@ void AntennaFaultOptions::validate() const {
 }
 
 void visit(options::Visitor& v, AntennaFaultOptions& o) {
-  static constexpr std::string_view kStages[]{"before", "behind"};
+  static constexpr std::string_view kStages[]{"before", "after", "behind"};
   v.angle({"azimuth_from_deg", "deg", "beginning of the sector, clockwise"}, o.azimuth_from_rad, {0, 360});
   v.angle({"azimuth_to_deg", "deg", "end of the sector; the sector may contain north"}, o.azimuth_to_rad,
           {0, 360});
@@ -64,8 +64,10 @@ void visit(options::Visitor& v, AntennaFaultOptions& o) {
   v.number({"loss_db", "dB", "loss of signals from the sector; none: nothing is received"}, o.loss_db,
            options::or_none({0, std::numeric_limits<double>::infinity()}));
   v.choice({"stage", "",
-            "before the antenna's amplifier (C/N0 falls by the loss) or behind it (by Friis' formula)"},
+            "before the antenna's amplifier (C/N0 falls by the loss) or after it (by Friis' formula); "
+            "behind: the same as after"},
            o.stage, kStages);
+  if (o.stage == AntennaStage::Behind) o.stage = AntennaStage::After;
   v.number({"period_s", "s", "period of a loose contact; 0: permanent"}, o.period_s, {0, 1e6});
   v.number({"on_s", "s", "duration of the loss in each period"}, o.on_s, {0, 1e6});
 }
@@ -200,7 +202,8 @@ void visit(options::Visitor& v, FixFaultOptions& o) {
             o.stuck);
   v.number({"late_s", "s", "age of the reported fix, which has fresh timestamps"}, o.late_s, {0, 1e4});
   v.integer({"repeat", "", "number of times that each fix is reported"}, o.repeat, 1, 1'000'000);
-  v.number({"drop", "", "fraction of epochs without a fix, at random"}, o.drop, {0, 1});
+  v.number({"drop_fraction", "", "fraction of epochs without a fix, at random"}, o.drop, {0, 1});
+  v.former_name("drop", "drop_fraction");
   v.number({"east_m", "m", "added to the position"}, o.east_m, kMetres);
   v.number({"north_m", "m", "added to the position"}, o.north_m, kMetres);
   v.number({"up_m", "m", "added to the position"}, o.up_m, kMetres);

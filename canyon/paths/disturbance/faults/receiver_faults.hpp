@@ -28,7 +28,7 @@ struct DateOptions {
 };
 void visit(options::Visitor& v, DateOptions& o);
 
-enum class AntennaStage : std::uint8_t { Before, Behind };
+enum class AntennaStage : std::uint8_t { Before, After, Behind };  ///< Behind: another word for After
 /// A blocked sector of the antenna's sky, or a lossy cable. A finite loss acts on signals with strength. An
 /// infinite loss ("none") removes the signals of the sector for all receivers.
 struct AntennaFaultOptions {

@@ -38,12 +38,14 @@ void visit(options::Visitor& v, DeadReckoningOptions& o) {
   v.number({"error_time_s", "s", "correlation time of errors of fixes at rest"}, o.error_time_s,
            {0, 3600, true});
   v.number(
-      {"space_sigma_m", "m",
+      {"range_error_sigma_m", "m",
        "errors in space, which do not average out: standard deviation of a range, in the reported accuracy"},
       o.space_sigma_m, {0, 100});
-  v.number({"astray_s", "s",
+  v.former_name("space_sigma_m", "range_error_sigma_m");
+  v.number({"divergence_timeout_s", "s",
             "after this time with only rejected fixes the filter increases its position's covariance"},
            o.astray_s, {0, 3600, true});
+  v.former_name("astray_s", "divergence_timeout_s");
   v.number({"max_sigma_m", "m", "largest standard deviation of a valid position"}, o.max_sigma_m,
            options::or_none({0, std::numeric_limits<double>::infinity(), true}));
 }
