@@ -26,7 +26,7 @@ IDENTIFIERS = {
     "anew": (r"(^|_)(anew|begun)(_|$)", r""),
     "beside": (r"(^|_)beside(_|$)|Beside([A-Z_]|$)", r""),
     "stand": (r"(^|_)(stand|stands|standing)(_|$)|Stand(point|still|In|Ins|ing)$", r"stand_in.*"),
-    "turn": (r"(^|_)(turn|turns|turned|turning)(_|$)|(^k?|[a-z])Turn(ed|s)?([A-Z_]|$)", r"turn_on_.*|CallbackReturn"),
+    "turn": (r"(^|_)(turn|turns|turned|turning)(_|$)|(^k?|[a-z])Turn(ed|s)?([A-Z_]|$)", r"turn_on(_.*)?|CallbackReturn"),
     "share": (r"(^|_)shares?(_|$)|[a-z]Share([A-Z_]|$)|^k?Share$", r""),
     "draw": (r"(^|_)(draws|drawn)(_|$)|^Draws?$|Drawn|[a-z]Draws?([A-Z_]|$)", r""),
     "figure": (r"(^|_)figures?(_|$)|Figures?([A-Z_]|$)", r".*noise_figure.*"),

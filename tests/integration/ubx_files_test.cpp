@@ -95,7 +95,7 @@ double phase_sigma(const receiver::ReceiverEpoch& epoch, gnss::SatelliteId id, c
 }
 
 class UbxObservations : public testing::TestWithParam<bool> {};
-INSTANTIATE_TEST_SUITE_P(OfBothPlaces, UbxObservations, testing::Bool(),
+INSTANTIATE_TEST_SUITE_P(OfBothPositions, UbxObservations, testing::Bool(),
                          [](const auto& each) { return each.param ? "Street" : "OpenSky"; });
 
 TEST_P(UbxObservations, AreThoseOfReceiverObs) {

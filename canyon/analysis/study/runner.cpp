@@ -52,7 +52,7 @@ class Shared {
       } else {
         mine = true;
         recent_.push_front(key);
-        future = promise.get_future().share();
+        future = promise.get_future();
         things_.emplace(key, Entry{future, recent_.begin(), 0});
       }
     }

@@ -98,9 +98,9 @@ bool has_terrain(const city::City& city) {
 }
 
 /// Writes chunks and collects their entries in the header.
-class Writer {
+class MapViewWriter {
  public:
-  Writer(const MapReader& map, const std::filesystem::path& folder)
+  MapViewWriter(const MapReader& map, const std::filesystem::path& folder)
       : map_(map), folder_(folder), counts_(map.layers().size()) {}
 
   /// Cells of an altitude; their states are the same at all times.
@@ -195,7 +195,7 @@ void add_map(const MapReader& map, const std::string& name, const city::City& ci
   }
   std::optional<raytrace::RayScene> terrain;
   if (has_terrain(city)) terrain.emplace(city.mesh);
-  Writer writer(map, folder);
+  MapViewWriter writer(map, folder);
   for (std::size_t altitude = 0; altitude < map.altitudes_m().size(); ++altitude) {
     writer.add_cells(altitude, terrain ? &*terrain : nullptr);
     for (std::size_t time = 0; time < map.times().size(); ++time) writer.add_values(altitude, time);
