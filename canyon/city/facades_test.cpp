@@ -239,7 +239,7 @@ TEST(Facades, WrongSharesAreRefused) {
   };
   EXPECT_THAT(problem(of({{"cheese", 1}})), HasSubstr("'cheese' are not known | write coated_glass, metal"));
   EXPECT_THAT(problem(of({{"metal", 0}, {"brick", 0}})), HasSubstr("all 0 | give at least one"));
-  EXPECT_THAT(problem(of({{"metal", 2}, {"brick", -1}})), HasSubstr("shares"));
+  EXPECT_THAT(problem(of({{"metal", 2}, {"brick", -1}})), HasSubstr("fractions"));
   FacadeOptions both = of(FacadeMix::Europe);
   both.fractions = {{"metal", 1}};
   EXPECT_EQ(facade_fractions(both).size(), 1U) << "shares are instead of the mix";

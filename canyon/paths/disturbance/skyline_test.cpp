@@ -169,7 +169,7 @@ TEST(SkylineOptions, NameTheFieldThatIsOutOfRange) {
   using O = SkylineOptions;
   using testing::HasSubstr;
   EXPECT_EQ(message([](O&) {}), "");
-  EXPECT_THAT(message([](O& o) { o.fraction = 1.1; }), HasSubstr("share"));
+  EXPECT_THAT(message([](O& o) { o.fraction = 1.1; }), HasSubstr("obstacle_fraction"));
   EXPECT_THAT(message([](O& o) { o.height_m = 0; }), HasSubstr("height_m"));
 }
 

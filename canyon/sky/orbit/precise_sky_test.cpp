@@ -328,7 +328,7 @@ TEST(PreciseSky, NamesFileAndLineOfBadInput) {
   EXPECT_THAT(message(replaced(good, "#dP", "#aP")), StartsWith("made-up.sp3:1: SP3-a is not supported"));
   EXPECT_THAT(warnings(good.substr(0, good.size() - 4)), ElementsAre(HasSubstr("ends without the line EOF")));
   EXPECT_THAT(warnings(good.substr(0, good.size() / 2)),
-              IsSupersetOf({HasSubstr("ends without the line EOF"), HasSubstr("announces 40 epochs")}));
+              IsSupersetOf({HasSubstr("ends without the line EOF"), HasSubstr("declares 40 epochs")}));
   EXPECT_THAT(warnings(replaced(good, "*  2024  2 29  0  0", "*  2024  2 30  0  0")),
               Contains(HasSubstr("made-up.sp3:8: '*  2024  2 30  0  0  0.00000000' is not an epoch")));
   EXPECT_THAT(warnings(replaced(good, "*  2024  2 29  0 15", "*  2024  2 29  0 x5")),
