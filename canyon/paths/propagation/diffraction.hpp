@@ -67,7 +67,6 @@ class EdgeDiffraction {
   /// and paths nearer than 5 cm to an edge's end may be missed. Duplicate edges give one path (points within
   /// 2 mm). Not modelled: ends of edges (corners) as scatterers, two edges in a row, edges combined with
   /// reflections.
-  /// reflections.
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
              std::span<const bool> blocked, std::span<std::vector<DiffractedPath>> result) const;
   /// As trace(), but of the city's edges only those in `known`.

@@ -104,8 +104,7 @@ inline constexpr double kPartInsideFraction = 0.5;
 [[nodiscard]] double total_area(const std::vector<Polygon2>& polygons);
 
 /// The rest of an outline without its parts: pieces of at least kMinPiece_m2 with a mean width (twice the
-/// area over the perimeter) of at least kMinPieceWidth_m. Smaller pieces are drawing inaccuracies, no
-/// walls.
+/// area over the perimeter) of at least kMinPieceWidth_m. Smaller pieces are drawing inaccuracies, no walls.
 inline constexpr double kMinPiece_m2 = 4;
 inline constexpr double kMinPieceWidth_m = 0.5;
 [[nodiscard]] std::vector<Polygon2> uncovered(const std::vector<Polygon2>& outline,
