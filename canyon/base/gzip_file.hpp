@@ -17,12 +17,10 @@ struct gzFile_s;
 namespace canyon {
 
 /// The bytes of a file without UTF-8's byte order mark. Unpacks gzip, bzip2, compress (.Z) and zip archives
-/// with one file, recognised by content, not by name. UTF-16 text with a byte order mark is converted to
-/// UTF-8.
+/// with one file, recognised by content. UTF-16 text with a byte order mark is converted to UTF-8.
 class GzipFile {
  public:
-  /// Throws InputError as check_input_file() does, and if the file is unreadable, packed in another format,
-  /// or a web page.
+  /// Throws InputError as check_input_file() does, and for an unreadable, otherwise packed or web page file.
   explicit GzipFile(std::filesystem::path path);
 
   /// Reads the next bytes into `to`; returns their number, 0 at the end. Throws InputError, at `line` of the

@@ -7,9 +7,8 @@
 
 namespace canyon {
 
-/// The files that a run reads and those that it writes. No output may replace an input; links are resolved.
-/// Thread-safe. check_input_file(), which every reader calls, adds to current(); OutputFile checks against
-/// it.
+/// The input and output files of a run. No output may replace an input; links are resolved. Thread-safe.
+/// check_input_file(), which every reader calls, adds to current(); OutputFile checks against it.
 class InputFiles {
  public:
   /// The set of this thread's newest Scope, else of the process.

@@ -72,8 +72,7 @@ class OutputFile {
   /// Throws OutputError if the bytes cannot be stored (full, quota, gone).
   void write(std::string_view bytes);
   /// Replaces bytes that were written before, from byte `offset`; later write()s continue at the end. For
-  /// headers with values that are known only at the end. Throws like write(). Precondition: offset + size
-  /// within the file.
+  /// headers with values known only later. Throws like write(). Precondition: offset + size within the file.
   void overwrite(std::size_t offset, std::string_view bytes);
   /// Renames the file to its final name. Throws like write(), also if an earlier write() failed, and
   /// InputError if the name is a folder. Call once.
@@ -96,8 +95,7 @@ void write_file(const std::filesystem::path& path, std::string_view bytes);
 /// write_file() over a file of the program itself that it may have read, such as a cache or a view.
 void overwrite_cache_file(const std::filesystem::path& path, std::string_view bytes);
 
-/// Creates the folder (with parents) if needed and tests that files can be created in it. Throws InputError
-/// otherwise.
+/// Creates the folder (with parents) if needed. Throws InputError if files cannot be created in it.
 void make_output_folder(const std::filesystem::path& folder);
 
 /// Locks a folder against all other commands on this machine during its lifetime. The lock of a process ends
@@ -118,8 +116,7 @@ class FolderLock {
 };
 
 /// A folder of results while a command writes to it: locked, with its list FOLDER/.canyon-results. Existing
-/// files are replaced if this command has written them; the user's files are not replaced (an error). Links
-/// are not followed.
+/// files of this command are replaced; replacing the user's files is an error. Links are not followed.
 class ResultFiles {
  public:
   /// Throws InputError if another command has locked the folder, or if it has results of another command.

@@ -106,11 +106,9 @@ class ReadReport {
   [[nodiscard]] std::vector<std::string> warnings() const;
   /// Number of warnings that commands show.
   static constexpr std::size_t kShown = 5;
-  /// The first kShown warnings, losses first, with up to two guesses among them; then "7 more warnings:
-  /// WHERE".
+  /// The first kShown warnings, losses first, up to two guesses; then "7 more warnings: WHERE".
   [[nodiscard]] std::vector<std::string> shown(std::string_view where) const;
-  /// Writes FOLDER/report.txt: "loss: LINE", "guess: LINE" and "remark: LINE" of each entry, without
-  /// passwords.
+  /// Writes FOLDER/report.txt: "loss: LINE", "guess: LINE" and "remark: LINE", without passwords.
   void write(const std::filesystem::path& folder) const;
   [[nodiscard]] bool empty() const { return notes_.empty(); }
 

@@ -40,8 +40,7 @@ inline constexpr double kMadToSigma = 1.4826;
 [[nodiscard]] double gamma_quantile(double shape, double p);
 /// Value that this gamma variable exceeds with `probability`, in (0, 1].
 [[nodiscard]] double gamma_quantile_above(double shape, double probability);
-/// Value that a chi-square variable of `degrees` degrees of freedom, 1 to 300, exceeds with `probability`, in
-/// (0, 0.5].
+/// Value that a chi-square variable of 1 to 300 `degrees` of freedom exceeds with `probability`, in (0, 0.5].
 [[nodiscard]] double chi_square_quantile(double probability, int degrees);
 
 /// Smallest sample size whose 90 % interval does not end at the smallest and largest values.

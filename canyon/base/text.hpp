@@ -79,8 +79,7 @@ class Utf16Decoder {
   /// @param head begins with the mark
   explicit Utf16Decoder(std::string_view head) : big_endian_(head.substr(0, 1) == "\xfe") {}
 
-  /// Appends the next bytes; half a character is kept for the next call. An unpaired surrogate becomes
-  /// U+FFFD.
+  /// Appends the next bytes; half a character is kept for the next call. Unpaired surrogates become U+FFFD.
   void append(std::string_view bytes, std::string& utf8);
 
  private:

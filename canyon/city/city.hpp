@@ -18,8 +18,7 @@ struct Object {
   Surface surface = Surface::Building;
   std::uint32_t first_triangle = 0;
   std::uint32_t triangle_count = 0;
-  /// The mix from which a building's facade is sampled, by the building's tags in a map. ByBuilding: the map
-  /// has no such tags.
+  /// The mix from which a building's facade is sampled, by its tags in a map. ByBuilding: no such tags.
   FacadeMix facades = FacadeMix::ByBuilding;
 };
 
@@ -39,8 +38,7 @@ struct Box {
   Eigen::Vector3d max = Eigen::Vector3d::Constant(-1e300);
 };
 
-/// A city: static surfaces in the ENU frame about an origin. Immutable once built; all later modules share
-/// it.
+/// A city: static surfaces in the ENU frame about an origin. Immutable once built, shared by later modules.
 struct City {
   std::string name;
   geodesy::LocalFrame frame;  ///< ENU: heading 0 (an import's heading is applied to the vertices)

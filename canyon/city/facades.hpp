@@ -29,7 +29,6 @@ struct FacadeOptions {
   /// Throws InputError with the field and its bound.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, FacadeOptions& o);
 
 /// The probabilities of a building's facade types, with sum 1; empty if nothing is sampled.

@@ -6,8 +6,7 @@ namespace canyon::city {
 
 enum class Surface : std::uint8_t { Building, Terrain, Foliage, Vehicle };
 
-/// The material of facades, roofs and ground; it determines the strength of reflections. `Unknown` counts as
-/// concrete.
+/// The material of facades, roofs and ground; it determines reflections. `Unknown`: concrete.
 enum class Material : std::uint8_t {
   Unknown,
   Concrete,

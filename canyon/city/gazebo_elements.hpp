@@ -60,8 +60,7 @@ class Frames {
   explicit Frames(Open open) : open_(std::move(open)) {}
 
   /// The pose of a link, model, include, frame or joint of a scope, in the scope's own frame. Throws
-  /// InputError for an unknown name, for frames that are relative to each other in a cycle, and for numbers
-  /// that are not a pose.
+  /// InputError for an unknown name, for a cycle of frames, and for numbers that are not a pose.
   [[nodiscard]] Eigen::Affine3d child_pose(const Scope& scope, const Element& child);
   /// The same for a collision or visual of a link of a model.
   [[nodiscard]] Eigen::Affine3d shape_pose(const Scope& model, const Element& link, const Element& shape);

@@ -21,7 +21,6 @@ struct GazeboOptions {
   /// Throws InputError with the field and its bound.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, GazeboOptions& o);
 
 /// A Gazebo model folder: model.config, model.sdf (SDF 1.6, static), meshes/*.dae split by location, coloured

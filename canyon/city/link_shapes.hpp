@@ -33,8 +33,7 @@ struct TriangleSet {
 [[nodiscard]] TriangleSet cylinder_mesh(double radius, double length, int sides = 32);
 /// A closed polyhedron inscribed in a sphere about the origin: `sides` meridians, half as many parallels.
 [[nodiscard]] TriangleSet sphere_mesh(double radius, int sides = 32);
-/// A closed pyramid inscribed in a cone about the origin: its base at z = -length / 2, its tip at z = length
-/// / 2.
+/// A closed pyramid inscribed in a cone about the origin: base at z = -length / 2, tip at length / 2.
 [[nodiscard]] TriangleSet cone_mesh(double radius, double length, int sides = 32);
 /// A closed polyhedron inscribed in a cylinder about the origin, axis z, between two half spheres; `length`
 /// is of the cylinder alone, 0 or more. `sides`, a multiple of 4, as for cylinder and sphere.

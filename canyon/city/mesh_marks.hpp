@@ -28,7 +28,6 @@ struct MeshImportOptions {
   /// Throws InputError with the field and its bound.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, MeshImportOptions& o);
 
 // Encoding in Canyon's own mesh files of properties that a mesh format lacks, so that read_mesh_city()
@@ -53,8 +52,7 @@ enum class NameCharacters : std::uint8_t {
 /// One node name for each object. The surface precedes the name, "foliage:Oak 7", if the name alone would be
 /// read as another surface: names with a word of MeshImportOptions::terrain_names are terrain, all others
 /// buildings. A byte not allowed in the format becomes "_x0020_" (its hexadecimal value); if the format needs
-/// unique names, the second, third ... object of a name gets "_xFFFE_2", "_xFFFE_3" at its end. Names are cut
-/// after 120 bytes.
+/// unique names, later objects of a name end with "_xFFFE_2", "_xFFFE_3", ... Names are cut after 120 bytes.
 [[nodiscard]] std::vector<std::string> node_names(const std::vector<Object>& objects,
                                                   NameCharacters characters);
 

@@ -8,8 +8,7 @@
 
 namespace canyon::city {
 
-/// A synthetic downtown: a grid of streets with one block of buildings between them, seeded heights, flat
-/// ground.
+/// A synthetic downtown: a grid of streets with blocks of buildings, seeded heights, flat ground.
 struct SyntheticCityOptions {
   geodesy::Geodetic origin = geodesy::Geodetic::from_degrees(22.3, 114.17, 0);
   int blocks_east = 8;         ///< 1 to 200
@@ -22,7 +21,6 @@ struct SyntheticCityOptions {
   /// Throws InputError with the field and its bound.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, SyntheticCityOptions& o);
 
 /// The origin is in the middle of the central crossing, on the ground. Equal options give equal cities.

@@ -41,12 +41,10 @@ using SystemKlobuchar = std::map<gnss::System, gnss::Klobuchar>::value_type;
                                           double relative_humidity = 0.7);
 /// The same at the zenith [m].
 [[nodiscard]] double saastamoinen_zenith_m(const geodesy::Geodetic& receiver, double relative_humidity = 0.7);
-/// A zenith delay mapped as in RTCA DO-229: within 1 % of Niell's mapping from 2.5 deg up. 0 at or below the
-/// horizon.
+/// A zenith delay mapped as in RTCA DO-229: within 1 % of Niell's from 2.5 deg up. 0 at or below the horizon.
 [[nodiscard]] double slant_delay_m(double zenith_m, double elevation_rad);
 
-/// Klobuchar coefficients for a system: its own, else GPS's, with their system. Throws InputError if there
-/// are neither.
+/// Klobuchar coefficients for a system: its own, else GPS's, with their system. InputError: neither.
 [[nodiscard]] const SystemKlobuchar& klobuchar_of(const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
                                                   gnss::System system);
 
@@ -111,17 +109,15 @@ struct RangeErrorOptions {
   /// Throws InputError with the field that is out of range.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, RangeErrorOptions& o);
 
 /// The errors of one run, equal for all of its receivers and bands: functions of satellite, position and
 /// time, sampled by the seed. Const and thread-safe.
 ///
-/// Orbit and clock: one part along the line of sight, equal for all receiver positions, and along-track and
-/// cross-track errors of the satellite, of which 2 % affect a range. Ionosphere: the broadcast model of GPS
-/// at the pierce point of a shell at 350 km, times 1 plus a smooth field of the shell, plus travelling
-/// disturbances. Troposphere: Saastamoinen's zenith delay plus a smooth field of zenith delays, mapped as in
-/// RTCA DO-229.
+/// Orbit and clock: one part along the line of sight, equal everywhere, and along-track and cross-track
+/// errors of the satellite, of which 2 % affect a range. Ionosphere: the broadcast model of GPS at the pierce
+/// point of a shell at 350 km, times 1 plus a smooth field of the shell, plus travelling disturbances.
+/// Troposphere: Saastamoinen's zenith delay plus a smooth field of zenith delays, mapped as in RTCA DO-229.
 class RangeErrorModel {
  public:
   /// @param klobuchar GPS's, or the first available; empty: no ionosphere

@@ -4,8 +4,7 @@ namespace canyon::geodesy {
 
 /// Speed of light in vacuum [m/s] (IS-GPS-200, 20.3.4.3; exact by SI).
 inline constexpr double kSpeedOfLight = 299792458.0;
-/// Earth's rotation rate [rad/s], WGS 84 (IS-GPS-200, table 20-IV). The Sagnac correction of every system
-/// uses it.
+/// Earth's rotation rate [rad/s], WGS 84 (IS-GPS-200, table 20-IV). Also for every Sagnac correction.
 inline constexpr double kEarthRotationRate = 7.2921151467e-5;
 
 /// WGS 84 (NGA.STND.0036, table 3.1): semi-major axis [m], flattening, GM with the atmosphere [m^3/s^2]; and

@@ -89,9 +89,8 @@ struct UtmPosition {
   double scale = 1;            ///< grid length over ground length on the ellipsoid
 };
 
-/// Latitude within [-80, 84] deg, else InputError. `zone` 0 takes the standard zone (Norway and Svalbard
-/// exceptions included); a neighbouring zone may be forced. GeographicLib::UTMUPS; error below 5 nm in the
-/// zone.
+/// Latitude within [-80, 84] deg, else InputError. `zone` 0 takes the standard zone (with the exceptions of
+/// Norway and Svalbard); a neighbouring zone may be forced. GeographicLib::UTMUPS; error below 5 nm.
 [[nodiscard]] UtmPosition utm_from_geodetic(const Geodetic& point, int zone = 0);
 
 /// The south-west corner of a 100 km square of the Military Grid Reference System: "54SUE", without blanks,

@@ -242,8 +242,7 @@ struct GlobalPositionInt {
   }
 };
 
-/// Samples of inertial sensors, a magnetometer and a barometer. Values without the flag in `updated` repeat
-/// the last sample.
+/// Samples of inertial sensors, a magnetometer and a barometer. Values not flagged in `updated` are repeated.
 struct HighresImu {
   static constexpr std::uint32_t kId = 105;
   static constexpr std::string_view kName = "HIGHRES_IMU";

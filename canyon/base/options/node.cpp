@@ -213,8 +213,7 @@ void put_without_dots(Node& root, const std::string& path, const Node::Entry& fr
   if (!section || (there == nullptr && value.entries.empty())) set_key(root, path, value, document);
 }
 
-/// Removes the value of a dotted key from a mapping, and sections that become empty. The value has the line
-/// of its key.
+/// Removes the value of a dotted key from a mapping, and empty sections. The value has its key's line.
 std::optional<Node> take_path(Node& mapping, std::string_view path) {
   const std::size_t dot = path.find('.');
   const auto at = std::find_if(mapping.entries.begin(), mapping.entries.end(),

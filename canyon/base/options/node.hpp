@@ -114,8 +114,7 @@ void require_word(const std::string& text, const std::vector<std::string>& known
 void set_at(Node& root, std::string_view key, const Node& value);
 
 /// The tree with dotted keys expanded to sections: "clock.bias_s: 1" is "clock: {bias_s: 1}". Keys of one
-/// section at several locations are merged. Throws InputError if a key occurs twice, or is both a section and
-/// a value.
+/// section at several locations are merged. Throws InputError if a key occurs twice or is section and value.
 [[nodiscard]] Node without_dots(const Node& root, const Document& document);
 
 /// Moves values of Document::other_names to the corresponding keys. Throws InputError if a key is given under

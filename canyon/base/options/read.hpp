@@ -20,8 +20,7 @@ namespace canyon::options {
 /// be given as one word: "rtk: true" is "rtk: {enabled: true}".
 class Reader final : public Visitor {
  public:
-  /// Both must outlive the reader. Throws InputError if the tree is no mapping, or a key is given under both
-  /// of its names.
+  /// Both must outlive the reader. Throws InputError if the tree is no mapping or a key has both names.
   Reader(const Node& root, const Document& document);
 
   [[nodiscard]] Purpose purpose() const override { return Purpose::Read; }

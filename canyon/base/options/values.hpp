@@ -79,8 +79,7 @@ template <typename Options>
   return std::move(writer).take();
 }
 
-/// A line "section.key: value" for every field with a value, except fields of lists, whose items have no
-/// names.
+/// A line "section.key: value" for every field with a value, except in lists, whose items have no names.
 template <typename Options>
 [[nodiscard]] std::string dotted(Options options, bool leave_out_defaults = false) {
   Writer writer(Writer::Form::Dotted, leave_out_defaults);

@@ -221,8 +221,7 @@ class Visitor {
   virtual void replaced(std::string_view /*key*/, std::string_view /*cure*/) {}
   /// Another name, a path from this section, of the key `path`: readers treat it as that key.
   virtual void other_name(std::string_view /*name*/, std::string_view /*path*/) {}
-  /// A name, a path from this section, that the key `path` had before: readers take it as that key, and tables do not
-  /// list it.
+  /// A name, a path from this section, that the key `path` had before: readers accept it, and tables omit it.
   virtual void former_name(std::string_view /*name*/, std::string_view /*path*/) {}
   /// Whether the key is given in the section that is read.
   [[nodiscard]] virtual bool has(std::string_view /*key*/) const { return false; }

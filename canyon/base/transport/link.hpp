@@ -61,8 +61,7 @@ class Link {
   bool serving_ = false;
 };
 
-/// Keeps a value for each sender (Received::reader), at most kMax; then the least recently used one is
-/// removed.
+/// Keeps a value for each sender (Received::reader), at most kMax; then removes the least recently used.
 template <typename StoredEpoch>
 class Readers {
  public:
@@ -100,8 +99,7 @@ class LineCutter {
   /// @param longest maximum bytes of a line; longer ones are skipped
   explicit LineCutter(std::size_t longest) : longest_(longest) {}
 
-  /// @param take gets every line that ends here, without its end; an empty optional instead of a line that
-  /// was too long
+  /// @param take gets every line that ends here, without its end; empty optional: the line was too long
   template <typename BlockHandler>
   void receive(std::string_view bytes, const BlockHandler& take) {
     for (std::size_t end = bytes.find('\n'); end != std::string_view::npos; end = bytes.find('\n')) {

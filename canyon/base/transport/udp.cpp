@@ -118,8 +118,7 @@ class UdpListener final : public BufferedTransport {
       socket_.send_to(datagram, peer.at, 0, lost);
     });
   }
-  /// The number of the peer at an address. With too many peers, a new one replaces the one that has been
-  /// silent longest.
+  /// The number of the peer at an address. A new peer in excess replaces the longest silent one.
   std::uint64_t number_of(const udp::endpoint& from) {
     const auto now = Clock::now();
     const auto found =

@@ -52,11 +52,9 @@ class GltfBuffers {
   std::map<std::uint64_t, std::string> loaded_, unpacked_;
 };
 
-// The parts of compressed glTF that need other libraries. A build without them rejects such files and names
-// the package.
-/// The bytes of a buffer view packed by EXT_meshopt_compression: `count` elements of `stride` bytes.
-/// Throws InputError for damaged data, more than 1,024 bytes for each packed byte, and in builds without
-/// meshoptimizer.
+// The parts of compressed glTF that need other libraries. Builds without them name the package in an error.
+/// The bytes of a buffer view packed by EXT_meshopt_compression: `count` elements of `stride` bytes. Throws
+/// InputError for damaged data, over 1,024 bytes per packed byte, and without meshoptimizer.
 [[nodiscard]] std::string unpack_meshopt(std::string_view packed, std::uint64_t count, std::uint64_t stride,
                                          const std::string& mode, const std::string& filter);
 

@@ -54,8 +54,7 @@ inline constexpr std::size_t kMaxName = 1000;
 ///  - .obj: v, f, o, g and usemtl
 ///  - .stl: binary or ASCII, keywords in any case
 ///  - .ply: x, y and z of vertices, and faces; ASCII or binary; strips are rejected
-/// @param object_names nodes of COLLADA get their names, which other programs may repeat, instead of their
-///   ids
+/// @param object_names nodes of COLLADA get names, which may repeat, instead of ids
 [[nodiscard]] MeshScene read_mesh_scene(const std::filesystem::path& path, bool object_names = false);
 
 // The readers of read_mesh_scene(), one for each format.
@@ -67,8 +66,7 @@ inline constexpr std::string_view kDamagedMesh = "export or copy it again: it is
 [[nodiscard]] MeshScene read_ply(const std::filesystem::path& path);
 [[nodiscard]] MeshScene read_stl(const std::filesystem::path& path);
 
-/// All bytes of a mesh file. Throws InputError if it cannot be read, for pipes and devices, and above
-/// kMaxMesh.
+/// All bytes of a mesh file. Throws InputError if unreadable, no regular file, or above kMaxMesh.
 [[nodiscard]] std::string mesh_bytes(const std::filesystem::path& path);
 
 /// "3 faces cross themselves ..."; no line for none.

@@ -26,8 +26,7 @@ struct Polygon2 {
 [[nodiscard]] TriangleList triangulate(const Polygon2& polygon);
 
 /// Adds the triangles of a face of three or more corners, which may be concave and need not be flat: a fan if
-/// it covers the face, else triangulate() on the plane of its mean normal. Corners are valid indices of
-/// `vertices`.
+/// it covers the face, else triangulate() on the plane of its mean normal. Corners index `vertices`.
 /// @return false for a face that crosses itself, which becomes a fan from its first corner
 bool add_face(const std::vector<Eigen::Vector3d>& vertices, const std::vector<std::uint32_t>& corners,
               TriangleList& triangles);

@@ -39,8 +39,7 @@ struct Probe {
   double min_m = 0, max_m = 0;
 };
 
-/// Triangles of a mesh for ray queries. Neighbours share the arithmetic of their edges, so that no ray passes
-/// between them.
+/// Triangles of a mesh for ray queries. Neighbours compute edges alike, so no ray passes between them.
 class Triangles {
  public:
   struct TriangleHit {

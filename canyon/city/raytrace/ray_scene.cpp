@@ -151,8 +151,7 @@ struct RayScene::Impl {
     assert(is_ray(ray));
     return {ray.origin - city.centre, ray.direction, min_range_m, ray.max_range_m};
   }
-  /// In the mover's frame, with equal ranges. Both centres are subtracted in doubles, so that floats have
-  /// only small numbers.
+  /// In the mover's frame, with equal ranges. Centres are subtracted in doubles, to keep floats small.
   static Probe probe(const Ray& ray, double min_range_m, double max_range_m, const InstanceBounds& mover) {
     return {mover.instance_from_enu * (ray.origin - mover.centre), mover.instance_from_enu * ray.direction,
             min_range_m, max_range_m};

@@ -24,9 +24,8 @@ struct Ray {
   double max_range_m = std::numeric_limits<double>::infinity();
 };
 
-/// Throws InputError if `position` is not finite, or more than 10,000 km from the origin of its frame: rays
-/// are cast in single precision, which cannot resolve a city there. @param what names the point in the
-/// message
+/// Throws InputError if `position` is not finite, or more than 10,000 km from the origin of its frame:
+/// single-precision rays cannot resolve a city there. @param what names the point in the message
 void check_position(const Eigen::Vector3d& point, std::string_view what);
 
 /// Movable objects: 0 is the static city, add_instance() returns 1, 2, ...
@@ -100,8 +99,7 @@ class RayScene {
   [[nodiscard]] bool occluded_by_city(const Ray& ray) const;
   [[nodiscard]] bool occluded_by_instances(const Ray& ray) const;
 
-  /// Free, inside a building, or below the terrain, for the static city. Throws InputError for a non-finite
-  /// point.
+  /// Free, inside a building, or below the terrain, for the static city. InputError if not finite.
   ///
   /// Inside a building: a roof is above the point, and on most of seven horizontal rays, walls hit from
   /// behind outnumber those hit from the front (or the reverse, if a building is inside out). Because every
@@ -111,8 +109,7 @@ class RayScene {
   /// sheet below it is hit from above.
   [[nodiscard]] Containment containment(const Eigen::Vector3d& point) const;
 
-  /// Height (ENU z) of the terrain under or above (x, y), of the highest sheet if there are several; empty
-  /// if there is none.
+  /// Height (ENU z) of the terrain under or above (x, y), of the highest of several sheets; empty: none.
   [[nodiscard]] std::optional<double> terrain_height(double x, double y) const;
 
   /// Height of a point above the ground [m], which is the terrain under or above it. The ground of a city

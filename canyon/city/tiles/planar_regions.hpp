@@ -42,8 +42,7 @@ struct LabelledTriangles {
 };
 
 /// Removes vertices by collapsing an edge to one of its ends, if the surface moves by at most `distance_m` at
-/// the removed vertices and no triangle flips. Borders between labels and the mesh's own borders keep their
-/// ends and bends.
+/// the removed vertices and no triangle flips. Borders of labels and of the mesh keep ends and bends.
 void decimate(const std::vector<Eigen::Vector3d>& vertices, LabelledTriangles& mesh, double distance_m);
 
 }  // namespace canyon::tiles

@@ -24,8 +24,7 @@ struct PhotoMesh {
 /// A feature of a batch or property table is one object; other triangles are one object for each connected
 /// part. Its surface follows from the first word found in: the feature's kind, its name, the name of the
 /// node, of the material. Without a word, a feature is a building; so are other triangles, except flat sheets
-/// that face up and extend over half of the tile, which are terrain. Materials follow words in materials'
-/// names.
+/// that face up over half of the tile (terrain). Materials follow words in their names.
 class TileMesh {
  public:
   /// @param to_enu from the tile's frame @param name of the tile's file, for features without a name. Throws

@@ -11,8 +11,7 @@
 
 namespace canyon::tiles {
 
-// Options for 3D Tiles. Part of canyon::canyon, because scenarios contain them; the code that uses them is in
-// canyon::io.
+// Options for 3D Tiles. In canyon::canyon, because scenarios contain them; their code is in canyon::io.
 /// `city: {tiles: ...}`: the part of a tileset to read, and its resolution. One of file and url is set.
 struct TileOptions {
   std::optional<std::filesystem::path> file;  ///< tileset.json, or an archive (.3tz)
@@ -29,7 +28,6 @@ struct TileOptions {
   /// Throws InputError with the field and its bound.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, TileOptions& o);
 
 /// Whether a text is a web address: begins with http:// or https://.

@@ -34,8 +34,7 @@ struct TileVolume {
   /// The radius of a sphere about the centre that contains it [m], in the same frame; 0 for Unknown.
   [[nodiscard]] double radius(const Eigen::Matrix4d& transform) const;
 };
-/// Throws InputError for lists of a wrong length, numbers that are not finite, and regions that are not on
-/// the Earth.
+/// Throws InputError for lists of a wrong length, non-finite numbers, and regions not on the Earth.
 [[nodiscard]] TileVolume read_volume(const Json& volume);
 
 /// The area that is read: a box about an origin, or everything.

@@ -122,8 +122,7 @@ class Encoder {
   std::optional<disturbance::RestartKind> restart_;
 };
 
-/// An output format of epochs; docs/outputs.md describes each. canyon/simulation/scenario/outputs.def lists
-/// all.
+/// An output format of epochs; docs/outputs.md describes each. List: canyon/simulation/scenario/outputs.def.
 struct Format {
   std::string_view name;  ///< in `canyon simulate --stream NAME=...` and under the scenario's `outputs:`
   std::string_view file;  ///< its name in the folder of results

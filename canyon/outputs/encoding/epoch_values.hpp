@@ -48,8 +48,7 @@ namespace canyon::encoding {
 [[nodiscard]] bool measured(const receiver::SatelliteObservation& satellite);
 
 /// Whether a fixed position is off by more than 0.1 m horizontally or 0.2 m vertically, plus 1 and 2 ppm of
-/// the baseline: half a wavelength or more, so that some integer ambiguities must be wrong. Empty if the
-/// position is not fixed.
+/// the baseline: half a wavelength or more, so that an integer ambiguity must be wrong. Empty if not fixed.
 [[nodiscard]] std::optional<bool> wrong_fix(const simulation::Epoch& epoch);
 
 /// Azimuth of the vector between two antennas of a vehicle, from the base's to the receiver's, if the

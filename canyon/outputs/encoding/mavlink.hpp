@@ -35,13 +35,11 @@ namespace canyon::encoding {
 [[nodiscard]] mavlink::GpsStatus gps_status(const simulation::Epoch& epoch);
 
 /// The receiver's detection of jamming (interference as strong as its own noise: mitigated with a fix,
-/// detected without) and of spoofing (by its checks: detected). Unknown if signals have no strength or the
-/// receiver no checks.
+/// detected without) and of spoofing (by its checks: detected). Unknown without signal strength or checks.
 [[nodiscard]] mavlink::GnssIntegrity gnss_integrity(const simulation::Epoch& epoch);
 
 /// The samples of sensors, one message for each instant with a sample. Times are as reported by the inertial
-/// sensor, UTC since 1970 [us]; the differential pressure is 0. @param last values, kept until they are
-/// updated
+/// sensor, UTC since 1970 [us]; the differential pressure is 0. @param last values, kept until updated
 [[nodiscard]] std::vector<mavlink::HighresImu> highres_imu(const simulation::SensorBatch& batch,
                                                            mavlink::HighresImu& last);
 

@@ -94,8 +94,7 @@ std::vector<Observations::Satellite> Observations::satellites_of(const RawEpoch&
     const double middle_ms = (low->range_m + high->range_m) / 2 / kMillisecond_m;
     if (!(middle_ms >= 0 && middle_ms < kNoRoughRange - 1)) continue;
     satellite.rough = std::llround(middle_ms * kRoughSteps);
-    // Signals over different paths may differ by more than the range of fine rates: the mid-range leaves out
-    // the fewest.
+    // Rates over different paths may exceed the range of fine rates: the mid-range loses fewest.
     double least_mps = HUGE_VAL, max_mps = -HUGE_VAL;
     for (const auto& cell : satellite.cells) {
       if (!cell.rate_mps) continue;
@@ -302,8 +301,7 @@ Bits galileo(const KeplerEphemeris& e) {
       .number(e.af0, 0x1p-34, 31);
   put_orbit(w, e, kGalileo, e.toe.seconds_of_week());
   w.number(e.group_delay[0], 0x1p-32, 10);
-  // RINEX combines the flags in one word: E1-B's data validity, then two bits of health, then E5a's and
-  // E5b's.
+  // RINEX combines the flags in one word: data validity and two bits of health of E1-B, E5a, E5b.
   const auto health = [&](int at) { w.count(e.health >> (at + 1), 2).count(e.health >> at, 1); };
   if (fnav) {
     health(3);

@@ -13,8 +13,7 @@
 #include "canyon/simulation/epoch.hpp"
 #include "canyon/sky/broadcast/bits.hpp"
 
-// RTCM 10403.3, Differential GNSS Services, version 3. Signs, fields and tables are cited by DF number and
-// table number.
+// RTCM 10403.3, Differential GNSS Services, version 3. Cited by DF and table numbers.
 
 namespace canyon::encoding::rtcm {
 
@@ -49,8 +48,7 @@ class Observations {
   /// The messages of an epoch with these numbers; none without measurements. Epochs are in whole milliseconds
   /// of the receiver's clock; pseudoranges and phases are referred to the rounded time, as in the RINEX
   /// observation file. Pseudoranges from 0 to 254 ms can be encoded. Lock times count from an arc's first
-  /// epoch here, so that a slip always resets them to 0, also after a short arc. Call it with epochs in order
-  /// of time.
+  /// epoch here, so that every slip resets them to 0. Call it in order of time.
   [[nodiscard]] std::vector<broadcast::Bits> messages(const receiver::ReceiverEpoch& seen,
                                                       std::span<const int> numbers = kMsm7);
 

@@ -27,14 +27,12 @@ struct RunSummary {
   double los_fraction = 0, los_multipath_fraction = 0, nlos_fraction = 0,
          blocked_fraction = 0;  ///< of satellites above mask
   double median_hdop = 0;
-  /// C/N0 of measurements above the mask, as reported; NaN if signals have no strength. LOS with multipath
-  /// counts as LOS.
+  /// C/N0 of measurements above the mask, as reported; NaN without strength. LOS with multipath is LOS.
   double mean_cn0_los_dbhz = 0, mean_cn0_nlos_dbhz = 0;
   std::size_t exclusions = 0;   ///< of satellites from fixes, by RAIM or the position filter, over all epochs
   std::size_t raim_tested = 0;  ///< epochs with a result of RAIM
   std::size_t inconsistent = 0;  ///< of those, epochs at which RAIM's test failed after exclusions
-  /// Time from the first epoch without fix to the next fix; if there is none, to one interval after the last
-  /// epoch.
+  /// Time from the first epoch without fix to the next fix; if none, to one interval after the last.
   double longest_outage_s = 0;
   /// The epochs during which a fault was active. Faults are in order of their beginning.
   struct Fault {

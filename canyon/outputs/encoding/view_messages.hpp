@@ -34,8 +34,7 @@ struct EpochMessage {
 };
 /// {"type":"epoch",...}; `rows` is one epoch with its satellites and paths.
 [[nodiscard]] std::string epoch_message(const EpochMessage& message, const EpochRows& rows);
-/// The message of an epoch, with its position, faults, satellites and rows; the other members are from
-/// `message`.
+/// The message of an epoch, with its position, faults, satellites and rows; others are from `message`.
 /// @param rows of the receiver; overwritten
 [[nodiscard]] std::string epoch_message(EpochMessage message, const simulation::Epoch& epoch,
                                         const EpochRows::ToLocal& local, EpochRows& rows);

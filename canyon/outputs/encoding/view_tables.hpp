@@ -78,8 +78,7 @@ class ViewRows {
   [[nodiscard]] ViewTableIndex table() const { return table_; }
   [[nodiscard]] std::size_t size() const { return rows_; }
   [[nodiscard]] bool empty() const { return rows_ == 0; }
-  /// A row: one value for each column, converted to its type. Precondition: as many as columns, in the range
-  /// of their types.
+  /// A row: one value for each column, converted to its type. Precondition: as many as columns, in range.
   void add(std::initializer_list<double> values);
   /// A row of a table with columns of encoding::tables(): values of viewer-only columns, and the row for the
   /// others. Texts of indices are added to `words`.

@@ -58,8 +58,7 @@ std::string perform(const OptionsRequest& request, const std::vector<ReceiverHan
 /// A queue of requests to the host's thread.
 class RequestQueue {
  public:
-  /// Keep it short: a transport may have a single thread for all that a process receives, which waits
-  /// meanwhile.
+  /// Short, because a transport's only receiving thread may wait meanwhile.
   static constexpr std::chrono::milliseconds kPatience{1000};
 
   /// For any thread but the host's. Waits for the response; "refused: ..." if not served within `patience`.

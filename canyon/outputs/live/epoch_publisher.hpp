@@ -35,8 +35,7 @@ struct ReceiverReport {
 };
 
 /// An output of a host. Called from one thread at a time, the simulation's or one that the simulation waits
-/// for, so calls must be short. If it throws, HostedReceiver logs the error, removes the publisher and
-/// continues.
+/// for, so calls must be short. If it throws, HostedReceiver logs the error and removes it.
 class EpochPublisher {
  public:
   virtual ~EpochPublisher() = default;
@@ -62,8 +61,7 @@ using LinkOpener = std::function<std::shared_ptr<transport::Link>(const encoding
 /// "base/rtcm=tcp://127.0.0.1:2102"
 /// @param open tried first
 /// @param device gets the corrections and restarts that a driver sends to the host's receiver over its line;
-/// null: none. It outlives the publisher. Throws InputError, which names `setting`, if the stream cannot
-/// be opened.
+/// null: none. It outlives the publisher. Throws InputError with `setting` if the stream fails to open.
 [[nodiscard]] std::unique_ptr<EpochPublisher> make_stream_publisher(
     const std::string& setting, std::string_view stream,
     const std::vector<encoding::ReceiverDescription>& receivers, const LinkOpener& open = {},

@@ -362,8 +362,7 @@ struct Session::Impl {
     });
   }
 
-  /// Sends samples that have ended at an instant to streams at once, in real time; stores them for their
-  /// epoch.
+  /// Sends samples that have ended at an instant to streams at once, in real time; stores them for epochs.
   void sample_sensors(const Vehicle& vehicle, std::size_t receiver, std::int64_t until_ns) {
     auto& run = sensors[receiver];
     if (vehicle.motion) {
@@ -543,8 +542,7 @@ struct Session::Impl {
     constexpr std::size_t kBlock = 256;
     bool more = false;
     for (Vehicle& vehicle : vehicles) {
-      // In real time, one epoch per pass: links are served and other receivers' epochs sent before the next
-      // one.
+      // In real time, one epoch per pass: links and other receivers come before the next.
       const std::size_t maximum = by_stamps() ? kBlock : vehicle.receivers.size();
       for (std::size_t taken = 0; taken < maximum; ++taken) {
         const auto next = std::min_element(

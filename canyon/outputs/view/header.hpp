@@ -56,8 +56,7 @@ struct ViewHeader {
   std::vector<ChunkEntry> chunks;
 };
 
-/// The header of the view in `folder`, parsed; null if it is not JSON. Throws InputError if it cannot be
-/// read.
+/// The header of the view in `folder`, parsed; null if not JSON. InputError if unreadable.
 [[nodiscard]] Json read_header(const std::filesystem::path& folder);
 /// Whether such a header is of this city: same origin, same number of triangles.
 [[nodiscard]] bool shows_city(const Json& header, const city::City& city);

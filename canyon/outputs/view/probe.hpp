@@ -27,8 +27,7 @@ class Probe {
   Probe(const simulation::Scenario& scenario, geodesy::GpsTime begin, double interval_s,
         std::shared_ptr<simulation::CityScene> scene, std::size_t paths_per_satellite, double last_s = 1e8);
 
-  /// Returns a message "epoch" for a message "probe", and a message "error" for an invalid one
-  /// (docs/view-format.md).
+  /// Returns a message "epoch" for a message "probe", else a message "error" (docs/view-format.md).
   [[nodiscard]] std::string handle_request(const std::string& message);
 
  private:

@@ -14,8 +14,7 @@ namespace canyon::view {
 /// Limits of a server; a request that exceeds them is rejected without effect on other clients.
 struct ServerOptions {
   int port = 0;  ///< of 127.0.0.1; 0: a free one
-  /// Connections at a time. A further one replaces the longest idle one; it is closed at once if none is
-  /// idle.
+  /// Connections at a time. A further one replaces the longest idle one, or is closed if none is.
   std::size_t max_clients = 48;          ///< >= 1
   std::size_t max_header_bytes = 8192;   ///< of an HTTP request; it has no body
   std::size_t max_message_bytes = 4096;  ///< of a WebSocket message to the server

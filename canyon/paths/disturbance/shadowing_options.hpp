@@ -51,8 +51,7 @@ struct SkylineOptions {
   void validate() const;
 };
 
-/// Shadows by objects that no map has: vehicles, trees, poles, signs, people, bridges, edges that a city's
-/// mesh lacks.
+/// Shadows by objects that no map has: vehicles, trees, poles, signs, people, bridges, edges.
 ///
 /// The three-state model of the land mobile satellite channel (clear, moderate shadow, deep shadow;
 /// Perez-Fontan et al., IEEE Trans. Veh. Technol. 50(6), 2001, with the S-band tables of IEEE Trans.

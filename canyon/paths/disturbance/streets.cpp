@@ -68,8 +68,7 @@ struct Street::Frame {
   }
 };
 
-/// Adds a row of bodies. `make` sets all of a body except its position and direction, and returns its length
-/// along the road.
+/// Adds a row of bodies. `make` sets a body except for its pose, and returns its length along the road.
 struct Street::Row {
   std::uint64_t name;
   double left_m;  // of the vehicle's lane, its middle

@@ -54,8 +54,7 @@ class Road {
   std::optional<Eigen::Vector2d> facing_;
 };
 
-/// Traffic and furniture of one street. A function of seed, time and position: the order and number of calls
-/// do not matter.
+/// Traffic and furniture of one street. Depends only on seed, time and position.
 ///
 /// Each lane, and each line of trees, signs or awnings, is a row of slots of equal length. Each slot has
 /// an object, of random class and position, with a probability that follows from the density. Rows of

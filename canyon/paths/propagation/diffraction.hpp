@@ -65,8 +65,7 @@ class EdgeDiffraction {
   /// RayScene::surface_offset_m(); an antenna within twice that of a face's plane does not see that face. No
   /// other face begins within 5 cm of the point on these faces: seams between coplanar walls are no edges,
   /// and paths nearer than 5 cm to an edge's end may be missed. Duplicate edges give one path (points within
-  /// 2 mm). Not modelled: ends of edges (corners) as scatterers, two edges in a row, edges combined with
-  /// reflections.
+  /// 2 mm). Not modelled: scattering at ends of edges (corners), two edges, edges with reflections.
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
              std::span<const bool> blocked, std::span<std::vector<DiffractedPath>> result) const;
   /// As trace(), but of the city's edges only those in `known`.

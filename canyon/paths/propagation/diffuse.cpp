@@ -75,8 +75,7 @@ struct PatchArrays {
   }
 };
 
-/// PatchArrays::cos_lit, excess_m, power and bin. excess = detour + range (1 - towards . s), without the loss
-/// of digits near 1.
+/// PatchArrays::cos_lit, excess_m, power and bin. excess = detour + range (1 - towards . s), accurate near 1.
 CANYON_CLONES void light(std::size_t count, const double* __restrict nx, const double* __restrict ny,
                          const double* __restrict nz, const double* __restrict tx,
                          const double* __restrict ty, const double* __restrict tz,

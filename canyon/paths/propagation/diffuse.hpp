@@ -52,8 +52,7 @@ struct DiffusePath {
 /// of the class and the cube of 8 m that contains its point. So it changes as antenna or satellite move along
 /// a facade, and is the same for every receiver. All points of movable instances count as one.
 ///
-/// Const, thread-safe; no allocation once the memory of the thread and of the results has grown. The scene
-/// must outlive it.
+/// Const, thread-safe; no allocation once its memory has grown. The scene must outlive it.
 class DiffuseScattering {
  public:
   /// Throws InputError for options that do not validate().

@@ -36,8 +36,7 @@ struct Incidence {
   double specular_factor = 1;
 };
 
-/// Geometry that determines a path's strength: any sequence of reflections, one edge, foliage. All empty: the
-/// direct path.
+/// Geometry for a path's strength: any sequence of reflections, one edge, foliage. All empty: direct.
 struct PathGeometry {
   std::array<Incidence, 2> incidences;  ///< in the order from the satellite
   int incidence_count = 0;              ///< 0 to 2
@@ -126,8 +125,7 @@ struct Path : PathGeometry {
 /// length from there to the antenna. excess_m = s . (antenna - image), and for fixed reflectors d(excess)/dt
 /// = s' . (antenna - image) + (s - arrival) . antenna'. Holds for planes and also for Diffracted: the path is
 /// stationary at the point on the edge, so the motion of Keller's point has no first-order effect. Diffuse:
-/// over one facade, to a fixed point; the class's mean detour differs by its width, and by the path over
-/// further facades.
+/// over one facade, to a fixed point; the class's mean detour differs by its width and further facades.
 [[nodiscard]] Eigen::Vector3d antenna_image(const Path& path, const Eigen::Vector3d& antenna,
                                             const Eigen::Vector3d& s);
 

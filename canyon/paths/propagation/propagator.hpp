@@ -63,8 +63,7 @@ struct TracedPoint {
 /// poses of their last commit(). `city` is the mesh that the scene was built from; it is not stored.
 class Propagator {
  public:
-  /// Throws InputError for options that do not validate(). @param seed of the facades' random strengths
-  /// (DiffuseScattering)
+  /// Throws InputError if options do not validate(). @param seed of facades' random strengths
   Propagator(const city::Mesh& city, const raytrace::RayScene& scene, PropagationOptions options = {},
              std::uint64_t seed = 0);
 
@@ -94,8 +93,7 @@ class Propagator {
   ///
   /// Diffraction: EdgeDiffraction::trace(), excess_m the edge's own detour and edge_nu its nu (both are set;
   /// arriving_wave() counts them once). A blocked satellite with no other path is NLOS. Next to a direct path
-  /// the edge's wave is a path, but the satellite stays LOS. Edges next to a path through vegetation count as
-  /// next to a clear one.
+  /// the edge's wave is a path, but the satellite stays LOS. A path through vegetation counts as clear here.
   ///
   /// Diffuse: DiffuseScattering::trace(), for satellites without a direct path. point and arrival are of the
   /// strongest path of a class.
@@ -108,8 +106,7 @@ class Propagator {
   /// direct ray has no limit: walls farther than max_range_m block too. Material and incidence are those of
   /// the facet that the mirror ray hits.
   ///
-  /// @param place gets the far paths and edges that are valid for antennas near this one (retrace()); null:
-  /// not needed
+  /// @param place gets the far paths and edges valid for nearby antennas (retrace()); null: not needed
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
              std::span<SatellitePaths> result, TracedPoint* traced = nullptr) const;
 

@@ -25,8 +25,7 @@ bool within_bounds(const Facet& facet, const Vector3d& point) {
   return true;
 }
 
-/// Whether a sphere intersects the cone of the beam: its distance from the cone's side is across cos - along
-/// sin.
+/// Whether a sphere intersects the cone of the beam: it is across cos - along sin from the cone's side.
 bool meets(const Beam& beam, const Vector3d& centre, double radius) {
   const Vector3d d = centre - beam.apex;
   const double along = d.dot(beam.axis), room = radius + along * beam.sine, squared = d.squaredNorm();
@@ -220,8 +219,7 @@ void SecondOrderSearch::reflect(const raytrace::RayScene& scene, const MirrorFac
   }
 }
 
-/// Keeps the paths whose three legs are clear. Points are lifted off their facets, so that these do not hide
-/// themselves.
+/// Keeps the paths whose three legs are clear. Points are lifted off their own facets.
 void SecondOrderSearch::keep_clear(const raytrace::RayScene& scene, const Vector3d& antenna,
                                    std::span<const Vector3d> directions) {
   const auto between = [](const Vector3d& from, const Vector3d& to) {

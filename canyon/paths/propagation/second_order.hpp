@@ -44,8 +44,7 @@ struct ReflectionLimits {
 /// from p_BA to the satellite's wave front through p: excess = s . (p - p_BA) = 2 h_B (n_B . s) + 2 h_A (n_A
 /// . s). With s' = s - 2 (s . n_A) n_A, the ray that leaves p_B along s' hits B in q_B after h_B / (n_B . s')
 /// and A in q_A after h_A / (n_A . s); those are lengths along the path from the antenna. It is a path if q_B
-/// and q_A are on their facets, the second after the first, both cosines are positive (fronts), and the three
-/// legs are clear.
+/// and q_A are on their facets, in this order, both cosines are positive (fronts), and all legs are clear.
 ///
 /// The search: facets B that the antenna may see (without those behind a large facet); facets A in the beam
 /// from p_B through B; for each such pair the satellites whose mirror direction in A is in the narrower of

@@ -16,8 +16,7 @@ struct LinkBudgetOptions {
   /// Power of the signal over its specified minimum [dB], [-10, 20]. GPS L1 C/A may have 0 to 5.5 (at most
   /// -153 dBW, IS-GPS-200 6.3.1).
   double above_minimum_db = 3;
-  /// T_a [K] of sky (5), ground and losses (290), [2, 1000]; 211 in a published GPS L1 budget
-  /// (docs/propagation.md).
+  /// T_a [K] of sky (5), ground and losses (290), [2, 1000]; 211 published for GPS L1 (docs/propagation.md).
   double antenna_temperature_k = 211;
   /// Noise figure of the receiver with its amplifier [dB], [0, 20]; 1 to 4 (u-blox ZED-F9 integration manual:
   /// antenna below 4).

@@ -38,8 +38,7 @@ enum class FoliageModel : std::uint8_t {
   /// 949 MHz and 0.30 dB/m, 29.0 dB at 1852.2 MHz; power laws between the rows.
   Woodland,
   /// 2.2, satellite slant paths: L = 0.25 f^0.39 d^0.25 theta^0.05, f in MHz, d in metres, theta the
-  /// elevation in degrees: the fit to measurements in an Austrian pine wood. Steep at small depths (a metre
-  /// is 5 dB), flat beyond.
+  /// elevation in degrees: measured in an Austrian pine wood. Steep at first (a metre is 5 dB), then flat.
   SlantPath,
 };
 

@@ -12,8 +12,7 @@
 
 namespace canyon::broadcast {
 
-/// Symbols of a signal's data component, with their encoding (parity, error correction, interleaving,
-/// synchronisation).
+/// Symbols of a signal's data component, encoded (parity, error correction, interleaving, sync).
 struct SymbolFrame {
   geodesy::GpsTime start;  ///< of the first symbol, by the satellite's clock
   double symbol_s = 0;
@@ -33,8 +32,7 @@ struct SymbolFrame {
 ///   BeiDou B2b: a message of B-CNAV3, 10 and 30 in rotation (BDS-SIS-ICD-B2b-1.0, 6.2), likewise
 ///   GLONASS G1, G2: a string of 2 s, in symbols of 10 ms (ICD L1, L2 5.1, 3.3.2)
 /// Messages missing in message_words() are replaced by page 18 of subframe 4, spare words, and subframes and
-/// strings without content. Empty: a signal that no receiver here tracks, or a satellite without an
-/// ephemeris.
+/// strings without content. Empty: an untracked signal, or a satellite without an ephemeris.
 [[nodiscard]] std::optional<SymbolFrame> symbol_frame(const gnss::NavigationData& navigation,
                                                       gnss::SatelliteId id, const gnss::Signal& signal,
                                                       geodesy::GpsTime time);

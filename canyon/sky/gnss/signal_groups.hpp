@@ -35,8 +35,7 @@ using GroupValues = std::map<std::string, double>;
 using SignalValues = std::map<std::string, double>;
 [[nodiscard]] double value_of(const SignalValues& values, const Signal& signal, double otherwise);
 
-/// Throws InputError for a name that is not a satellite's signal or is only in recordings, and for a repeated
-/// name.
+/// Throws InputError for an unknown name, one only in recordings, and a repeated one.
 void check_signals(const std::vector<std::string>& names);
 
 /// Fields of options: signals, groups, and numbers of groups ("[BeiDou=1.5, L5=-2]") and of signals.

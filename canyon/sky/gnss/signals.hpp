@@ -59,8 +59,7 @@ struct Signal {
   std::string_view name;  ///< for users: "L1CA", "E5a", "B2I", "G2"
   std::string_view code;  ///< RINEX 3.04 band and attribute of the tracked component: "1C", "5Q"
   /// Codes besides `code` for reading observation files, best first (RINEX 3.05, tables 4 to 10). The list of
-  /// a system's first signal covers the band near L1: it ends with codes of other or encrypted signals, as a
-  /// last resort.
+  /// a system's first signal covers the band near L1: codes of other or encrypted signals are last.
   std::string_view also_read;
   double carrier_hz = 0;  ///< for GLONASS that of channel 0
   double channel_hz = 0;  ///< GLONASS: spacing of frequency channels

@@ -35,17 +35,15 @@ struct BroadcastOptions {
   std::set<gnss::System> systems{gnss::kConstellations.begin(), gnss::kConstellations.end()};
   /// A record is used from toe - before to toe + after: half the fit interval on either side for GPS and QZSS
   /// (2 h if not given), Galileo 0.5 h and 4 h, BeiDou 1 h and 3 h, GLONASS 0.5 h and 0.5 h, SBAS 360 s and
-  /// 360 s; for the reasons see validity() in broadcast_messages.hpp. With allow_stale any age is used (and
-  /// reported by source()).
+  /// 360 s; reasons: validity() in broadcast_messages.hpp. With allow_stale any age (reported by source()).
   bool allow_stale = false;
   bool allow_unhealthy = false;
 };
 
 /// Satellites from broadcast ephemerides: for each satellite and time the record with the smallest |t - toe|
 /// within the validity of its system; of equal ones (0.3 s) the newer. If this record is unhealthy, the
-/// satellite is not available; an older healthy record would only hide this. Galileo uses I/NAV if available
-/// (its clock and BGD E5b/E1 belong to E1), else F/NAV. broadcast_messages.hpp defines "healthy" for each
-/// system.
+/// satellite is not available; an older healthy record would hide this. Galileo uses I/NAV if available (its
+/// clock and BGD E5b/E1 belong to E1), else F/NAV. broadcast_messages.hpp defines "healthy" for each system.
 class BroadcastSky final : public Sky {
  public:
   /// Throws InputError if no record is left after `systems`.

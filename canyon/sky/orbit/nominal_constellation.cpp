@@ -30,9 +30,8 @@ double wrap(double angle) {
   return std::remainder(angle, 2 * geodesy::kPi);
 }
 
-/// `start + rate * t` wrapped to [-pi, pi]. Decades of orbits are 2e5 rad, at which a double's rounding is a
-/// millimetre on the orbit; therefore the product and 2 pi are sums of two doubles (T. J. Dekker, Numer.
-/// Math. 18, 1971).
+/// `start + rate * t` wrapped to [-pi, pi]. Decades of orbits are 2e5 rad, at which doubles round to 1 mm on
+/// the orbit; therefore the product and 2 pi are sums of two doubles (T. J. Dekker, Numer. Math. 18, 1971).
 double advance(double start, double rate, GpsTime from, GpsTime to) {
   constexpr double kTwoPi = 2 * geodesy::kPi, kTwoPiRest = 2.4492935982947064e-16;
   const std::int64_t ns = to.nanoseconds() - from.nanoseconds();

@@ -93,9 +93,8 @@ struct Observer {
 [[nodiscard]] Eigen::Vector3d rotate_earth(const Eigen::Vector3d& position, double flight_time_s);
 
 /// The paper's virtual satellites: fixed azimuths and elevations, seen from `position`, that do not move
-/// relative to the ground. They are 20,200 km (GPS altitude) away along each direction; at `position`
-/// line_of_sight() restores azimuth and elevation within 1e-9 rad, elsewhere in a city (kilometres) within
-/// 1e-4 rad.
+/// relative to the ground. 20,200 km (GPS altitude) away; at `position` line_of_sight() restores azimuth and
+/// elevation within 1e-9 rad, elsewhere in a city (kilometres) within 1e-4 rad.
 class FrozenSky final : public Sky {
  public:
   /// @param azimuth_rad from north, clockwise, any finite value; @param elevation_rad [0, pi/2], both of one

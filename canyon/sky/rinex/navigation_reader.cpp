@@ -161,8 +161,7 @@ class Reader {
   // --- records
   // ----------------------------------------------------------------------------------------------
 
-  /// Whether a line begins a record: RINEX 3 "G01", RINEX 2 a number in the first two columns, RINEX 4 also
-  /// '>'.
+  /// Whether a line begins a record: RINEX 3 "G01", RINEX 2 a number in columns 1, 2; RINEX 4 also '>'.
   [[nodiscard]] bool begins_record(std::string_view line) const {
     if (version_ == 4 && !line.empty() && line[0] == '>') return true;
     return begins_satellite(line);

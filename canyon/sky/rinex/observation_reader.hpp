@@ -34,12 +34,10 @@ struct ObservedSignal {
   std::optional<double> carrier_phase_cycles;
   std::optional<double> doppler_hz;  ///< positive while the satellite approaches
   std::optional<double> cn0_dbhz;
-  /// C/N0 is the middle of the class of the one-digit indicator (6 dB wide), because there is no S
-  /// observation.
+  /// C/N0 is the middle of the class of the one-digit indicator (6 dB wide), for lack of an S observation.
   bool cn0_from_indicator = false;
   /// Loss-of-lock indicator of the carrier phase: bit 0 lost lock since the preceding epoch, bit 1 half-cycle
-  /// ambiguity, bit 2 antispoofing (2.x) or BOC-tracking of an MBOC signal (3.x). It may be set if the phase
-  /// itself is missing.
+  /// ambiguity, bit 2 antispoofing (2.x) or BOC-tracking of an MBOC signal (3.x). May be set without a phase.
   std::uint8_t loss_of_lock = 0;
   /// Whether the receiver reports multipath, in formats with this flag.
   std::optional<bool> multipath;
@@ -101,13 +99,11 @@ struct ObservationOptions {
 
 /// The open signals near L1 of gnss::l1_frequency_hz(), best first, then the encrypted ones: GPS 1C 1S 1L 1X
 /// 1P 1W 1Y, GLONASS 1C 1P, Galileo 1X 1C 1B 1Z, QZSS 1C 1S 1L 1X 1Z 1B, SBAS 1C, BeiDou's B1I: 2I 1I 2X 2Q,
-/// and 1X 1Q in files of version 3.02, the only one that calls this band 1 (later 1X is B1C, of another
-/// frequency).
+/// and 1X 1Q in files of version 3.02, the only one that calls this band 1 (later 1X is B1C).
 [[nodiscard]] std::vector<std::string> default_codes(gnss::System system, double version);
 
 /// Codes of a signal if all signals are read, best first: pilots before data and pilot together, and data
-/// alone; L2C: 2L 2S 2X. The first signal's are default_codes() without those of the others. docs/methods.md
-/// has the table.
+/// alone; L2C: 2L 2S 2X. The first signal: default_codes() without the others'. Table: docs/methods.md.
 [[nodiscard]] std::vector<std::string> signal_codes(const gnss::Signal& signal, double version);
 
 /// Counts and warnings about the part of a file read so far.

@@ -38,8 +38,7 @@ std::optional<double> surveyed_ground_m(const MapData& map) {
 }
 
 constexpr double kGrid_m = 1e-3;
-/// Rounds as GEOS does with a grid of 1 mm, to the nearest k / 1000, so that points snapped here and in GEOS
-/// are the same doubles.
+/// Rounds as GEOS does with a grid of 1 mm, to the nearest k / 1000, so that both snap to the same doubles.
 constexpr double kGridsPerMetre = 1000;
 constexpr double kSliver_m2 = 0.01;
 /// Mean width (twice the area over the perimeter) below which a piece of an overlay is a gap between two

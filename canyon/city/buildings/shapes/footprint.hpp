@@ -30,10 +30,9 @@ using PolygonLists = std::vector<const std::vector<Polygon2>*>;
 inline constexpr std::size_t kMaxCrossings = 1000;  ///< of one outline
 
 /// Makes valid polygons from rings of maps, with GEOS: orientation, repeated points, spikes, self-crossings,
-/// holes that touch or cross the outer ring, overlapping outers. Merges points closer than 1 mm (so that
-/// results stay distinct as floats) and removes slivers below 0.01 m^2. An empty result means that nothing
-/// usable was left, or that the rings are tangled; `notes` gets the repair ("self-crossing outline") or the
-/// reason.
+/// holes that touch or cross the outer ring, overlapping outers. Merges points closer than 1 mm (to stay
+/// distinct as floats), removes slivers below 0.01 m^2. Empty: nothing usable was left, or the rings are
+/// tangled; `notes` gets the repair ("self-crossing outline") or the reason.
 [[nodiscard]] std::vector<Polygon2> repair(const std::vector<Polygon2>& raw, std::vector<std::string>& notes);
 
 /// a without b; a and b; or all of a: on the grid and clean as from repair(). Polygons must come from

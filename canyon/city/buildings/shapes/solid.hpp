@@ -38,8 +38,7 @@ void append_solid(city::Mesh& mesh, const std::string& name, city::Surface surfa
                   const Shape& shape, double base_m, double bottom_m, std::vector<std::string>& notes);
 
 /// A tree as one object of Surface::Foliage: a vertical six-sided trunk and a closed crown, an ellipsoid of 8
-/// meridians from a quarter of the height to the top; both of Material::Wood. Metres; all values except
-/// base_m are positive.
+/// meridians from a quarter of the height to the top; both of Material::Wood. [m]; all but base_m positive.
 void append_tree(city::Mesh& mesh, const std::string& name, const Point2& point, double base_m,
                  double height_m, double crown_diameter_m);
 
@@ -49,8 +48,7 @@ void append_tree(city::Mesh& mesh, const std::string& name, const Point2& point,
 /// RoofSurface `roof`, Window Glass, all else `facade`; windows and doors are cut out of walls that contain
 /// them (cut_openings()). ClosureSurfaces only close the shell and are not built, because they do not exist
 /// in reality. Surfaces whose rings cross or touch along edges are repaired, those without an area (below
-/// 1e-6 m^2) are dropped; `notes` gets both counts and any leak, with `name`. Returns whether an object was
-/// added.
+/// 1e-6 m^2) are dropped; `notes` gets both counts and any leak. Returns whether it added an object.
 [[nodiscard]] bool append_surfaces(city::Mesh& mesh, const std::string& name,
                                    const std::vector<MapSurface>& surfaces, const geodesy::LocalFrame& frame,
                                    std::vector<std::string>& notes,

@@ -64,8 +64,7 @@ class CityModel {
   void drop_file();
   [[nodiscard]] const std::filesystem::path& file() const { return file_; }
 
-  /// The number of a reference system, valid for the model's lifetime. Throws InputError as ReferenceSystem
-  /// does.
+  /// The number of a reference system, valid for the model's lifetime. Throws as ReferenceSystem does.
   /// @param ogc_name as in the file; empty if the file names none
   /// @param east_first the file's format puts east first, independent of the authority
   /// @param line for messages
@@ -85,8 +84,7 @@ class CityModel {
   void to_wgs84(std::size_t system, std::vector<Eigen::Vector3d>& points);
 
   /// Converts in place to WGS 84: points of a geometry shared by many objects [m], transformed by `matrix`
-  /// and then moved to `origin` (of the file, east first). In a geographic system they are east, north, up
-  /// about it.
+  /// and then moved to `origin` (of the file, east first). In a geographic system: east, north, up.
   void transform_to_wgs84(std::size_t system, const Eigen::Matrix4d& matrix, const Eigen::Vector3d& origin,
                           std::vector<Eigen::Vector3d>& points);
 
@@ -149,8 +147,7 @@ class CityModel {
 /// Whether add_tags_of_attributes() uses an attribute of that name.
 [[nodiscard]] bool attribute_matters(std::string_view name);
 
-/// A value of an attribute: lengths are converted to metres, others returned unchanged. Empty for a length in
-/// an unknown unit.
+/// A value of an attribute: lengths in metres, others unchanged. Empty for a length of unknown unit.
 /// @param unit as in files ("ft", "#m", "urn:ogc:def:uom:EPSG::9002", "[ft_i]"); empty: metres
 [[nodiscard]] std::optional<std::string> value_in_metres(std::string_view name, std::string_view value,
                                                          std::string_view unit);

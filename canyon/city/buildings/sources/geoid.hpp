@@ -15,15 +15,13 @@ namespace canyon::buildings {
 /// user's number; PROJ's grid of the vertical datum named in the file's reference system (or prescribed by
 /// its format, or named by the user); GeographicLib's geoid files (EGM84, EGM96, EGM2008;
 /// $GEOGRAPHICLIB_GEOID_PATH). Reference systems with ellipsoidal heights add nothing, nor do those without a
-/// height reference if the user names none. A geoid named by the user also replaces a named datum whose grid
-/// is not available.
+/// height reference if the user names none. The user's geoid also replaces a datum without a grid.
 class Geoid {
  public:
   struct Heights {
     std::filesystem::path file;                ///< for messages
     OGRSpatialReferenceH reference = nullptr;  ///< the file's; may lack a vertical part
-    /// A compound system ("EPSG:4326+5773") prescribed by the file's format, used if `reference` has no
-    /// vertical part.
+    /// A compound system ("EPSG:4326+5773") prescribed by the file's format, used if `reference` has none.
     std::string prescribed;
     std::optional<double> metres_per_unit;  ///< if the file gives the unit of its heights
     TerrainOptions options;                 ///< the user's
@@ -32,8 +30,7 @@ class Geoid {
     bool required = true;
   };
 
-  /// Throws InputError if a vertical datum is named and no grid for it is available (unless not required),
-  /// and for depths.
+  /// Throws InputError for depths, and if a named vertical datum has no grid (unless not required).
   explicit Geoid(const Heights& heights);
   ~Geoid();
   Geoid(Geoid&&) noexcept;
@@ -64,8 +61,7 @@ class Geoid {
   std::string note_, unit_note_;
 };
 
-/// N [m] of a geoid model at a position. Throws InputError if its grid is not installed. Precondition:
-/// `model` is not ByFile.
+/// N [m] of a geoid model at a position. InputError without its grid. Precondition: `model` is not ByFile.
 [[nodiscard]] double geoid_undulation_m(GeoidModel model, const LonLat& point);
 
 }  // namespace canyon::buildings

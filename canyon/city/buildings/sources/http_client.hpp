@@ -40,8 +40,7 @@ struct HttpGetOptions {
 void http_get_all(const std::vector<std::string>& urls, const HttpGetOptions& options,
                   const std::function<void(std::size_t, HttpResponse&&)>& done);
 
-/// Whether an IP address is of this machine or a private network (RFC 1918, 3927, 4193, 6598); false for
-/// other texts.
+/// Whether an IP address is of this machine or a private network (RFC 1918, 3927, 4193, 6598); else false.
 [[nodiscard]] bool is_private_address(const std::string& ip);
 
 /// Resolves a relative address against the page `base` (RFC 3986, 5). Throws InputError if the result is not

@@ -70,8 +70,7 @@ struct MapFeature {
   std::vector<MapSurface> surfaces;  ///< of a city model: used instead of polygons and tags
   /// Ellipsoidal height of the base of a tree [m], if the city model has it.
   std::optional<double> base_m;
-  /// id of the building (or type=building relation) that this part or outline belongs to, if given in the
-  /// map.
+  /// id of the building (or type=building relation) that this part or outline belongs to, if known.
   std::string belongs_to;
 
   /// The bounds of its outer rings, line and surfaces [deg]; empty without these.
@@ -91,8 +90,7 @@ struct MapData {
   std::size_t foliage_left_out = 0;  ///< trees, tree rows and woods, because foliage is not enabled
   Eigen::AlignedBox2d bounds;        ///< of all features [deg]
   std::vector<MapSurface> relief;    ///< of city models: the triangles of the ground
-  /// Ellipsoidal height of mean sea level in the middle of the bounds [m], if the file gives its height
-  /// reference.
+  /// Ellipsoidal height of mean sea level amid the bounds [m], if the file has a height reference.
   std::optional<double> geoid_undulation_m;
 };
 

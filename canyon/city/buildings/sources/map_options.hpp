@@ -9,8 +9,7 @@
 #include "canyon/base/options/fwd.hpp"
 #include "canyon/city/fwd.hpp"
 
-// Options for maps. Part of canyon::canyon, because scenarios contain them; the code that uses them is in
-// canyon::io.
+// Options for maps. In canyon::canyon, because scenarios contain them; their code is in canyon::io.
 
 namespace canyon::buildings {
 
@@ -32,7 +31,6 @@ struct HeightDefaults {
   /// Throws InputError with the field and its bound.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, HeightDefaults& o);
 
 enum class GeoidModel : std::uint8_t { ByFile, EGM84, EGM96, EGM2008 };
@@ -49,7 +47,6 @@ struct TerrainOptions {
   /// Throws InputError with the bound, and if both are given.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, TerrainOptions& o);
 
 /// Options for reading city models (CityGML, CityJSON).
@@ -57,8 +54,7 @@ struct ModelOptions {
   /// The highest level of detail to build; each object's best level up to it is used. A whole number includes
   /// its refined levels (2: also 2.2). [0, 4]. Empty: below 4, and 4 if an object has no other.
   std::optional<double> lod;
-  /// The reference system of files that name none, or an unknown one: "EPSG:25832", with heights
-  /// "EPSG:25832+7837".
+  /// The reference system of files without a known one: "EPSG:25832", with heights "EPSG:25832+7837".
   std::string crs;
 
   /// The highest level that may be used.
@@ -68,7 +64,6 @@ struct ModelOptions {
   /// Throws InputError with the bound.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, ModelOptions& o);
 
 struct BuildOptions {
@@ -91,8 +86,7 @@ struct BuildOptions {
   /// Throws InputError with the field and its bound.
   void validate() const;
 };
-/// Visits its fields and those of `heights`, except `untagged_facade` and `origin`, which scenarios have for
-/// every city.
+/// Visits all fields but `untagged_facade` and `origin`, which scenarios have for every city.
 void visit(options::Visitor& v, BuildOptions& o);
 
 }  // namespace canyon::buildings

@@ -253,8 +253,7 @@ void check_blob_types(const std::filesystem::path& path) {
   }
 }
 
-/// Throws osmium::pbf_error for tags that contain a zero byte: libosmium searches for their ends, which may
-/// be beyond the list.
+/// Throws osmium::pbf_error for tags that contain a zero byte: libosmium would read beyond the list.
 void check_tags(const osmium::TagList& tags) {
   const auto* const bytes = reinterpret_cast<const unsigned char*>(&tags);
   const unsigned char* const begin = bytes + sizeof(osmium::TagList);

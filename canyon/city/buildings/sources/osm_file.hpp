@@ -17,8 +17,7 @@ struct OsmFile {
   std::optional<std::string> text;
 };
 
-/// Detects the format by content. Throws InputError for files not from OpenStreetMap, and for a download that
-/// Overpass aborted.
+/// Detects the format by content. Throws InputError for other files and downloads that Overpass aborted.
 [[nodiscard]] OsmFile open_osm_file(const std::filesystem::path& path);
 
 using UseOsmObject = std::function<void(const osmium::OSMObject&)>;

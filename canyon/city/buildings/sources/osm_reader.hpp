@@ -27,8 +27,7 @@ struct StreetMap {
 /// and multipolygon relations (several outers, inners; old-style ones whose outer ways have the tags) tagged
 /// building or building:part, type=building relations (roles outline and part give kind and `belongs_to`, and
 /// the relation's tags complete the outline's). A multipolygon replaces its tagged outer ways, unless all its
-/// members are whole buildings: then the members replace it. Objects in several files are read once, in the
-/// highest version.
+/// members are whole buildings: then the members replace it. Of repeated objects the highest version is read.
 ///
 /// Omitted, and counted in `warnings`: underground (location=underground, layer < 0 without height or
 /// building:levels that show a building above ground), demolished, razed, abandoned-in-name

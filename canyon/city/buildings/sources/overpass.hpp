@@ -21,7 +21,6 @@ struct OverpassOptions {
   bool foliage = false;
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, OverpassOptions& o);
 
 /// Downloads buildings, parts and (if enabled) foliage of a box as .osm files (one for each tile) to the
@@ -34,8 +33,7 @@ void visit(options::Visitor& v, OverpassOptions& o);
 
 /// Box of a named area ("Tsim Sha Tsui, Hong Kong": the area, then areas around it, each by `name` or
 /// `name:en`), requested from the same endpoint and kept in the same cache: bounds of the largest boundary or
-/// place of that name. Throws likewise, and if there is no such area, only a point without bounds, or several
-/// distant ones.
+/// place of that name. Throws likewise, and for no such area, one without bounds, or several distant ones.
 [[nodiscard]] LonLatBox find_named_area(const std::string& name, const OverpassOptions& options);
 
 }  // namespace canyon::buildings

@@ -28,14 +28,12 @@ class Raster {
   Raster(Raster&&) noexcept;
 
   /// Ellipsoidal height [m] at longitude and latitude [deg]: bilinear between pixel centres, constant over
-  /// the outermost half pixel. Empty outside the raster and if one of the pixels used is no-data. A pixel
-  /// outside -500 to 9,000 m is not ground: it is replaced by the mean of its neighbours. Throws InputError
-  /// for a damaged file.
+  /// the outermost half pixel. Empty outside the raster and next to no-data. A pixel outside -500 to 9,000 m
+  /// is not ground: it is replaced by the mean of its neighbours. Throws InputError for a damaged file.
   [[nodiscard]] std::optional<double> height_m(const LonLat& point) const;
   /// If height_m() has a value: ellipsoidal height of mean sea level [m]; empty if heights are ellipsoidal.
   [[nodiscard]] std::optional<double> geoid_undulation_m(const LonLat& point) const;
-  /// Which geoid was added and why, or that heights are read as ellipsoidal; and replaced pixels among those
-  /// that were used.
+  /// Which geoid was added and why, or that heights are read as ellipsoidal; and replaced pixels in use.
   [[nodiscard]] ReadReport notes() const;
   [[nodiscard]] RasterSummary summary() const;
 

@@ -40,8 +40,7 @@ class Terrain {
   /// Ellipsoidal height of mean sea level [m], from the raster used at this position; empty if there is none,
   /// and if its heights are ellipsoidal or read as such.
   [[nodiscard]] std::optional<double> geoid_undulation_m(const LonLat& point) const;
-  /// Which geoid was added and why, that heights are read as ellipsoidal, and implausible heights among those
-  /// that were used.
+  /// Which geoid was added and why, that heights are read as ellipsoidal, and implausible heights in use.
   [[nodiscard]] ReadReport notes() const;
 
   /// Appends a triangulated sheet over [min, max] (east, north [m]) of `frame`, posts at most `spacing_m`
@@ -66,8 +65,7 @@ void append_sheet(city::Mesh& mesh, const Eigen::Vector2d& min, const Eigen::Vec
 /// The ground as triangles (a city model's relief).
 class Tin {
  public:
-  /// Longitude, latitude [deg], ellipsoidal height [m]; polygons of more than three corners become fans,
-  /// holes are ignored.
+  /// Longitude, latitude [deg], ellipsoidal height [m]; polygons become fans, holes are ignored.
   explicit Tin(const std::vector<MapSurface>& surfaces);
 
   [[nodiscard]] std::size_t size() const { return triangles_.size(); }

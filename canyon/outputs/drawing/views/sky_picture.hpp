@@ -54,8 +54,7 @@ struct SkyDrawing {
 
 /// The sky over one point, seen as on a map: zenith in the middle, north up, east to the right, elevation
 /// decreasing towards the horizon by the drawing's projection. Satellites differ by shape and colour: LOS
-/// disc, LOS with multipath ringed disc, NLOS triangle, blocked cross; names of satellites in the fix are
-/// bold.
+/// disc, LOS with multipath ringed disc, NLOS triangle, blocked cross; bold names: in the fix.
 [[nodiscard]] Picture draw_sky(const SkyDrawing& drawing);
 
 enum class PictureFormat : std::uint8_t { Png, Svg };
@@ -69,7 +68,6 @@ struct SkySheet {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, SkySheet& o);
 /// Height over width of a sky picture; 990 x 836 and 1980 x 1672 are whole.
 inline constexpr double kSkySheetAspect = 836.0 / 990.0;

@@ -20,15 +20,13 @@ struct SkyplotOptions {
   SkyStyle style = SkyStyle::Chart;
   SkyProjection projection = SkyProjection::Equidistant;
   SkySheet sheet;
-  /// Length of the satellites' tracks up to now [s], as they would have been received at this point. [0,
-  /// 86,400]; 0: none.
+  /// Length of the satellites' tracks up to now [s], as seen from this point. [0, 86,400]; 0: none.
   double trail_s = 0;
   double elevation_mask_rad = 0;  ///< drawn only, [0, pi/2)
   std::string receiver;           ///< for the title; may be empty
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, SkyplotOptions& o);
 
 /// Contents of a picture of the sky at a point and time: satellites above the horizon with their visibility,

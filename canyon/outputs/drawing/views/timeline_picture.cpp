@@ -239,8 +239,7 @@ class Timeline {
     for (const double tick : linear_ticks(0, scale.high, 5))
       if (tick == std::floor(tick)) scale.ticks.push_back(tick);
     const auto layer = [&](const Colour& colour, const std::function<int(const TimelinePoint&)>& top_of) {
-      // Steps: each epoch's count over its interval. Many epochs: the minimum of each column, to show every
-      // dip.
+      // Steps: each epoch's count over its interval. Many epochs: each column's minimum, to show dips.
       std::vector<Point> outline{{area.x, area.bottom()}};
       double last_x = area.x;
       for (std::size_t i = 0; i < points_.size();) {

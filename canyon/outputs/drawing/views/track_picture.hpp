@@ -38,8 +38,7 @@ struct TrackDrawing {
 [[nodiscard]] city::Box map_extent(const std::vector<TrackPoint>& points);
 
 /// Buildings shaded by the height of their roofs, the true track, fixes coloured by horizontal error, hollow
-/// marks where there is no fix, arrows at the rim towards fixes off the map, colour bars, scale bar and north
-/// arrow.
+/// marks without a fix, arrows at the rim to fixes off the map, colour bars, scale bar, north arrow.
 [[nodiscard]] Picture draw_track(const TrackDrawing& drawing);
 
 /// Buildings as filled roofs, higher ones on top; `area` of the canvas shows `extent`. Buildings that extend

@@ -120,8 +120,7 @@ class ReceivedMessages {
   std::map<gnss::SatelliteId, Tracked> tracked_;
 };
 
-/// An epoch as output by a receiver on a line, for all protocols. Refers to the epoch and to the DeviceEpochs
-/// that made it.
+/// An epoch as output by a receiver on a line, for all protocols. Refers to the epoch and its DeviceEpochs.
 struct DeviceEpoch {
   const receiver::ReceiverEpoch& seen;
   geodesy::GpsTime reported_time;  ///< time reported by the receiver, to the nearest millisecond

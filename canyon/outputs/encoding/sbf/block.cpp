@@ -102,8 +102,7 @@ std::string pvt_geodetic(const DeviceEpoch& epoch) {
   for (const auto& [system, number] : kTimes) {
     const auto bias = fix.clock_bias_s.find(system);
     if (!known || bias == fix.clock_bias_s.end()) continue;
-    // Measurements are referred to whole milliseconds, so they do not contain the clock's fraction of a
-    // millisecond.
+    // Measurements are referred to whole milliseconds, without the clock's fraction of one.
     bias_ms = (bias->second - (epoch.seen.receiver_time - epoch.raw.tag)) * 1e3;
     time_system = number;
     break;
@@ -278,8 +277,7 @@ std::string rf_status(const DeviceEpoch& epoch) {
   return Payload().u1(count).u1(kBandBytes).u1(spoofed ? 1 : 0).zeros(3).raw(list.bytes()).bytes();
 }
 
-// MeasEpoch (4.2.1): of each satellite one sub-block with its first signal, and one for each further signal,
-// relative to the first.
+// MeasEpoch (4.2.1): of each satellite one sub-block with its first signal, and others relative to it.
 
 constexpr double kCode_m = 0.001, kDoppler_hz = 1e-4, kPhase_cycles = 0.001;
 constexpr double kLowestCn0_dbhz = 10, kCn0_db = 0.25;

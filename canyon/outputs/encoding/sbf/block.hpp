@@ -51,8 +51,7 @@ inline constexpr std::array kBlocks{
 /// FreqNr of a satellite: for GLONASS its frequency number plus 8; 0 for others.
 [[nodiscard]] int frequency_number(gnss::SatelliteId id, const std::map<gnss::SatelliteId, int>& channels);
 
-/// Index of a signal's two bits in the status fields of ChannelStatus (4.2.15), 0 to 7; empty for signals
-/// without bits there.
+/// Index of a signal's two bits in the status fields of ChannelStatus (4.2.15), 0 to 7; empty: no bits.
 [[nodiscard]] std::optional<int> status_bit_offset(const gnss::Signal& signal);
 
 // Bodies of the blocks that the device sends, field by field as in the PolaRx5TR Reference Guide

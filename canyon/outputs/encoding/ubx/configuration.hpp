@@ -85,12 +85,10 @@ class Configuration {
   /// False, without a change, for an unknown key or a value that the device rejects.
   bool set(std::uint32_t key, std::uint64_t value);
   [[nodiscard]] bool takes(std::uint32_t key, std::uint64_t value) const;
-  /// Known keys that a mask of CFG-VALGET names (0xFFFF as item: all of a group; group 0xFFF: all),
-  /// ascending.
+  /// Known keys that a mask of CFG-VALGET names (item 0xFFFF: all of a group; group 0xFFF: all), ascending.
   [[nodiscard]] std::vector<std::uint32_t> keys(std::uint32_t mask) const;
 
-  /// The key of a message's rate on a port; empty if the device does not know the message, or has it only on
-  /// its own port.
+  /// The key of a message's rate on a port; empty if the device lacks the message, or has it on its own port.
   [[nodiscard]] std::optional<std::uint32_t> rate_key(MessageId id, int port) const;
   /// The interval of a message on the own port [epochs]; 0: never.
   [[nodiscard]] int rate(MessageId id) const;

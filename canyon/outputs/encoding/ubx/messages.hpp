@@ -79,8 +79,7 @@ struct RawInertialSample {
 };
 /// ESF-RAW of several samples, in their order.
 [[nodiscard]] std::string raw_inertial_payload(std::span<const RawInertialSample> samples);
-/// ESF-MEAS of the rear wheels, left and right: ticks counted in either direction, and whether the wheel
-/// rotates backwards.
+/// ESF-MEAS of the rear wheels, left and right: ticks in either direction, and whether backwards.
 [[nodiscard]] std::string wheels_payload(std::uint32_t time_ms, const std::array<std::uint32_t, 2>& ticks,
                                          const std::array<bool, 2>& backwards);
 /// MON-VER (0x0A04): reports the protocol version, and Canyon as firmware.
@@ -114,8 +113,7 @@ struct SatelliteName {
 
 /// Signal::ubx, or ubx_geo of a geostationary satellite. Empty for signals without a number in UBX (L1C).
 [[nodiscard]] std::optional<std::uint8_t> signal_number(gnss::SatelliteId id, const gnss::Signal& signal);
-/// sigId of the signal whose navigation message broadcast::sent_messages() has: L1 C/A, E1-B, B1I D1 or D2,
-/// L1OF.
+/// sigId of the signal of broadcast::sent_messages(): L1 C/A, E1-B, B1I D1 or D2, L1OF.
 [[nodiscard]] std::uint8_t message_signal(gnss::SatelliteId id);
 
 }  // namespace canyon::encoding::ubx

@@ -62,8 +62,7 @@ std::string mon_hw(const UbxEpoch& epoch) {
   return p.zeros(2 + 12).bytes();
 }
 
-// 32.16.4, 3.14.4: no data from Canyon's models; configuration from internal memory, power-on self-test
-// passed.
+// 32.16.4, 3.14.4: not modelled; configuration from internal memory, power-on self-test passed.
 std::string mon_hw2(const UbxEpoch& /*epoch*/) {
   return Payload().zeros(4).u1(111).zeros(23).bytes();
 }
@@ -82,8 +81,7 @@ std::string mon_rf(const UbxEpoch& epoch) {
   return p.bytes();
 }
 
-// 3.18.1: version 1; the M10 has version 2, with centre frequencies of signals [kHz]; the X20 has the same as
-// version 3.
+// 3.18.1: version 1; M10: version 2, with centre frequencies of signals [kHz]; X20: likewise, version 3.
 std::string sec_sig(const UbxEpoch& epoch) {
   std::uint64_t jamming = 0;
   for (const int block : {0, 1}) jamming = std::max(jamming, jamming_state(epoch, band(epoch, block)));

@@ -178,8 +178,7 @@ std::string position(const UbxEpoch& epoch) {
 std::string precise_position(const UbxEpoch& epoch) {
   const positioning::Fix& fix = epoch.seen.fix;
   const Quality q = quality_of(fix);
-  // Total in hundredths of the field's step; truncated towards zero, since the remainder has the value's
-  // sign.
+  // Total in hundredths of the field's step; truncated to zero: the remainder has the value's sign.
   const auto hundredths = [](double value, double step) { return std::llround(value / step * 100); };
   const std::int64_t values[]{hundredths(degrees_of(fix, &geodesy::Geodetic::longitude_rad), 1e-7),
                               hundredths(degrees_of(fix, &geodesy::Geodetic::latitude_rad), 1e-7),

@@ -137,8 +137,7 @@ struct Fault {
   /// Throws InputError for satellites and systems that are not in the sky: they would have no effect.
   void check(const orbit::Sky& sky) const;
 };
-/// Visits its fields. A reader keeps the defaults of absent ones, sets the kind's end, and validates the
-/// fault.
+/// Visits its fields. A reader keeps the defaults of absent ones, sets the kind's end, and validates.
 void visit(options::Visitor& v, Fault& fault);
 
 /// `faults:` of a scenario or host. Names the faults without a name ("outage 2": the second of the list). A

@@ -64,8 +64,7 @@ void visit(options::Visitor& v, RestartOptions& o);
 /// true one with an error of the reported size: Gaussian, of a correlation time of 60 s.
 struct ForceOptions {
   ForcedFixKind fix = ForcedFixKind::None;
-  /// Standard deviations of east and north each, and of the height [m], (0, 1000]; empty: the kind's
-  /// defaults.
+  /// Standard deviations of east and north each, and of the height [m], (0, 1000]; empty: by kind.
   std::optional<double> horizontal_m, vertical_m;
 };
 void visit(options::Visitor& v, ForceOptions& o);

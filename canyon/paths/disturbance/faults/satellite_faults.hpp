@@ -27,8 +27,7 @@ enum class ClockFault : std::uint8_t {
   Message,  ///< the clock is right, and its message is wrong
   Signal,   ///< the clock drifts, and no message reports it
 };
-/// Satellites' messages differ from the truth. Pseudoranges stay true, except for a clock error of
-/// ClockFault::Signal.
+/// Satellites' messages differ from the truth. Pseudoranges stay true, except with ClockFault::Signal.
 struct EphemerisOptions {
   SatelliteSet satellites;
   double radial_m = 0, along_m = 0, cross_m = 0;        ///< broadcast minus true, +-1e6

@@ -37,9 +37,8 @@ struct SpoofingOptions {
   };
   TransmitterOptions transmitter;
   Kind kind = Kind::Simulated;
-  /// Simulated: the position that the copies show; not given: the antenna's own position, so that codes and
-  /// carriers are aligned with the true ones. Meaconing: the position of the receiving antenna; not given: at
-  /// the transmitter.
+  /// Simulated: the position that the copies show; not given: the antenna's own position, with codes and
+  /// carriers aligned. Meaconing: the position of the receiving antenna; not given: the transmitter's.
   CourseOptions shows;
   PullOffOptions pull_off;
   Carrier carrier = Carrier::FollowsCode;
@@ -67,8 +66,7 @@ void visit(options::Visitor& v, SpoofingOptions& o);
 
 /// Adds a path of kind Transmitted to each copied satellite. Adds satellites that the antenna does not see,
 /// and adds the copies as interference to all other satellites. The receiver's loops (tracking::Channel)
-/// decide which of two signals of one code they track. Receivers without signal strength receive satellites
-/// alone.
+/// decide which of two signals of one code they track. Receivers without signal strength ignore the copies.
 class Spoofing : public Disturbance {
  public:
   /// Throws InputError if options do not validate().

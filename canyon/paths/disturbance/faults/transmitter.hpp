@@ -56,8 +56,7 @@ struct TransmitterPath {
 /// same method in the horizontal plane, each if its legs are clear. Powers add.
 ///
 /// Walls reflect by the method of images, once: the mean power of both linear polarisations by the half space
-/// of their material (signal::reflect_half_space()). Second reflections, and combinations of edges and walls,
-/// are left out.
+/// of their material (signal::reflect_half_space()). No second reflections, no edges with walls.
 class Transmitter {
  public:
   /// Throws InputError if options do not validate() or the context has no city.

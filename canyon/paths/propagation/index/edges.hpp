@@ -18,8 +18,7 @@ namespace canyon::propagation {
 ///
 /// Angles around an edge are counted from face 0 through the air to face 1: the direction from the edge into
 /// face 0 is normal[0] x direction and has the angle 0, the one into face 1 is direction x normal[1] and has
-/// `exterior_rad`. Both faces of a free edge are its sheet, with normals to both sides and 2 pi of air
-/// between them.
+/// `exterior_rad`. A free edge has its sheet as both faces, with opposite normals and 2 pi of air between.
 struct Edge {
   Eigen::Vector3d start = Eigen::Vector3d::Zero();       ///< [m]
   Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  ///< unit

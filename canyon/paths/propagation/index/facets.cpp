@@ -59,8 +59,7 @@ CANYON_CLONES void mark_lanes(const float* __restrict nx, const float* __restric
                               const float* __restrict hy, const float* __restrict hz, std::size_t count,
                               float sx, float sy, float sz, float min_cosine, float reach,
                               std::uint8_t* __restrict marks) {
-  // Roundings of the cosine (of its three products and of its factors): they move the reflection point along
-  // s.
+  // Roundings of the cosine (three products and factors) move the reflection point along s.
   constexpr float kCosineError = 4e-7f;
   for (std::size_t i = 0; i < count; ++i) {
     const float cosine = nx[i] * sx + ny[i] * sy + nz[i] * sz;

@@ -81,9 +81,8 @@ class FacetSet {
                                                          const Eigen::Vector3d& point) const;
 
   /// Corners [m, frame of the mesh] of a convex polygon on the facet's plane that its triangles cover without
-  /// a gap, counter-clockwise about its normal: the facet's largest triangle, or that and the neighbour with
-  /// which it makes the largest convex quadrilateral. A wall of two triangles is covered completely. @return
-  /// 3 or 4 corners
+  /// a gap, counter-clockwise about its normal: the facet's largest triangle, or the largest convex
+  /// quadrilateral of it and a neighbour, which covers a whole wall of two triangles. @return 3 or 4 corners
   std::size_t convex_part(const Facet& facet, std::array<Eigen::Vector3d, 4>& corners) const;
 
  private:

@@ -23,8 +23,7 @@ namespace canyon::propagation {
 [[nodiscard]] std::complex<double> edge_wave(double nu);
 
 /// J(nu) [dB] as P.526-15, 4.1 approximates it: 6.9 + 20 log10(sqrt((nu - 0.1)^2 + 1) + nu - 0.1) for nu >
-/// -0.78, else 0. Within 0.124 dB of the exact -20 log10 |knife_edge_field(nu)| above -0.78, within
-/// 1.37 dB below.
+/// -0.78, else 0. Within 0.124 dB of the exact -20 log10 |knife_edge_field(nu)| above -0.78, 1.37 dB below.
 [[nodiscard]] double approximate_knife_edge_loss_db(double nu);
 
 /// T(m, n) [dB], >= 0: additional loss of an edge rounded with radius R over the knife edge (P.526-15, 4.2),

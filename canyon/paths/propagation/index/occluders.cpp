@@ -99,8 +99,7 @@ void Occluders::hidden_regions(const FacetSet& set, const FacingFacets& facing, 
       // A triangle's last corner is duplicated and has no side between; the previous side is used again.
       const bool none = corner[k] == corner[(k + 1) % 4];
       const std::size_t from = none ? k - 1 : k;
-      // Corners are counter-clockwise as seen from the antenna, so the cross product in reverse order points
-      // inwards.
+      // Corners are counter-clockwise as seen from the antenna, so the reverse cross product points inwards.
       const Vector3d normal = corner[(from + 1) % 4].cross(corner[from]);
       const double length = normal.norm();
       sound &= length > 1e-6 * corner[from].squaredNorm() && length > 1e-9;
