@@ -20,7 +20,7 @@ namespace canyon {
 /// with one file, recognised by content. UTF-16 text with a byte order mark is converted to UTF-8.
 class GzipFile {
  public:
-  /// Throws InputError as check_input_file() does, and for an unreadable, otherwise packed or web page file.
+  /// Throws InputError as check_input_file() does, for an unreadable file, another packing and a web page.
   explicit GzipFile(std::filesystem::path path);
 
   /// Reads the next bytes into `to`; returns their number, 0 at the end. Throws InputError, at `line` of the

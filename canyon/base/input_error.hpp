@@ -8,12 +8,12 @@
 namespace canyon {
 
 /// Bad input from outside (file, scenario, command line, caller's pose): the only exception type that Canyon
-/// throws on purpose. `what()` is one line for the user, "FILE:LINE: problem; cure", without the parts that
+/// throws on purpose. `what()` is one line for the user, "FILE:LINE: problem; hint", without the parts that
 /// are unknown. The CLI prints it and exits 2.
 class InputError : public std::runtime_error {
  public:
   /// @param problem what is wrong, with the offending value
-  /// @param cure hint: how to fix it; may be empty
+  /// @param hint how to fix it; may be empty
   explicit InputError(std::string_view problem, std::string_view hint = {});
 
   /// @param line 1-based; 0 if the fault concerns the whole file
@@ -36,7 +36,7 @@ class InputError : public std::runtime_error {
 /// of query keys such as "api_key", "token" and "password"; in addresses also all values of eight letters and
 /// more: "ntrip://user:...@host:2101/MOUNT" for "ntrip://user:p@ss/word@host:2101/MOUNT". An address ends at
 /// a blank or a quotation mark; in quotation marks, at the closing one. The placeholder USER:PASSWORD of
-/// explanations is kept. InputError applies this function to its problem and cure.
+/// explanations is kept. InputError applies this function to its problem and hint.
 [[nodiscard]] std::string hide_passwords(std::string_view text);
 
 }  // namespace canyon

@@ -20,7 +20,6 @@ inline constexpr std::uint64_t kGolden64 = 0x9e3779b97f4a7c15U;
 
 /// A seeded stream of random numbers. Its bytes do not depend on the standard library, the machine or other
 /// streams. Streams of one seed with different keys are independent.
-///
 /// xoshiro256++ (Blackman & Vigna 2019), seeded by SplitMix64 from the seed and the key's FNV-1a hash.
 class RandomStream {
  public:

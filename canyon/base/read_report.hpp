@@ -16,7 +16,6 @@ namespace canyon {
 
 /// Notes of a reader about a file: one note per reason, with its first location and the number of records.
 /// Reasons that differ only in numbers and quoted texts are the same reason.
-///
 /// A reader either reads a record, or skips the record with a note here, or rejects the file with an
 /// InputError. It checks the rules of the format; it does not check whether a value is plausible.
 class ReadReport {

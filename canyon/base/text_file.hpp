@@ -40,7 +40,7 @@ class TextFile {
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   /// All of the text; not of a streamed file.
   [[nodiscard]] std::string_view text() const { return text_; }
-  /// "FILE:LINE: the gzip data end early ..." if they did. Of a streamed file valid after its end.
+  /// "FILE:LINE: the gzip data end early ..." if they did. For a streamed file valid only after its end.
   [[nodiscard]] const std::optional<InputError>& cut_warning() const { return cut_warning_; }
 
   /// The next line without its end, or nothing at the end of the file.

@@ -23,8 +23,7 @@
 //   magic     8 bytes, 0x89 "CANYON" 0x0A (a copy in text mode damages it detectably, as in PNG)
 //   version   u32
 //   blocks    "INFO", "VERT", "TRIS", "MATS", each: tag 4 bytes, u64 bytes unpacked, u64 bytes packed, u32
-//   CRC-32
-//             (zlib's, of the 20 bytes before it and of the packed bytes), the packed bytes (zlib stream)
+//             CRC-32 (zlib's, of the 20 bytes before it and the packed bytes), packed bytes (zlib stream)
 // INFO  u64 vertices, u64 triangles, f64 latitude, longitude [rad], height [m], heading [rad],
 //       from version 2 on f64 geoid undulation [m], in 3 u8 that is not read, name, u32 notes and each
 //       note, u32 objects and of each: name, u8 surface, u32 triangles; from version 2 on u8 facades of each

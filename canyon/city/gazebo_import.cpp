@@ -234,8 +234,7 @@ class GazeboImport {
     return is_true(lower_case(child_text(included ? *include : model, "static")));
   }
 
-  /// <model> and <include> children of a world, a model or <sdf>. @param only_static skips models that can
-  /// move
+  /// <model> and <include> children of a world, a model or <sdf>. @param only_static skips movable models
   void read_models(const SdfFile& source, const Element& parent, const Eigen::Affine3d& world_from_parent,
                    const std::string& scope, int depth, bool only_static = false) {
     if (depth > kDeepestNesting) {

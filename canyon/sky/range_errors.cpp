@@ -46,7 +46,7 @@ double satellite_value(const gnss::GroupValues& values, gnss::SatelliteId id) {
   return gnss::sum_of(values, id, gnss::signals_of(id.system).front(), GpsTime());
 }
 
-/// Replaces turns[k] by cos(2 pi turns[k]), within 1e-13 for |turns[k]| < 1e9, plus their rounding.
+/// Replaces rotations[k] by cos(2 pi rotations[k]), within 1e-13 below 1e9, plus the input's rounding.
 CANYON_CLONES void take_cosines(double* __restrict rotations, std::size_t count) {
   constexpr double kWhole = 6755399441055744;  // 1.5 * 2^52: adding it rounds to a whole number
   for (std::size_t k = 0; k < count; ++k) {

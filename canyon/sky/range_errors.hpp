@@ -44,7 +44,8 @@ using SystemKlobuchar = std::map<gnss::System, gnss::Klobuchar>::value_type;
 /// A zenith delay mapped as in RTCA DO-229: within 1 % of Niell's from 2.5 deg up. 0 at or below the horizon.
 [[nodiscard]] double slant_delay_m(double zenith_m, double elevation_rad);
 
-/// Klobuchar coefficients for a system: its own, else GPS's, with their system. InputError: neither.
+/// Klobuchar coefficients of a system, else of GPS, with their system. Throws InputError if there are
+/// neither.
 [[nodiscard]] const SystemKlobuchar& klobuchar_of(const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
                                                   gnss::System system);
 
@@ -56,7 +57,7 @@ using SystemKlobuchar = std::map<gnss::System, gnss::Klobuchar>::value_type;
                                   const geodesy::Geodetic& position,
                                   const geodesy::AzimuthElevation& look_angles);
 
-// Range errors that no receiver knows: of broadcast orbits and clocks, and of the models by which receivers
+// Range errors unknown to receivers: of broadcast orbits and clocks, and of the models by which receivers
 // correct the atmosphere. docs/errors.md has the budget.
 /// A random function of time and position with mean 0 and variance 1 over its realizations: a sum of waves of
 /// equal amplitude, with frequencies and wave vectors sampled from a normal spectral density and uniform
@@ -67,7 +68,7 @@ class RandomWaves {
  public:
   /// @param time_s > 0; @param length_m > 0, infinite: equal at all positions
   RandomWaves(RandomStream stream, double time_s, double length_m);
-  /// @param place any point of a frame common to all callers [m]
+  /// @param point in a frame common to all callers [m]
   [[nodiscard]] double at(geodesy::GpsTime time, const Eigen::Vector3d& point) const;
 
  private:

@@ -7,7 +7,6 @@
 namespace canyon::geodesy {
 
 /// An instant on the GPS time scale, a whole number of nanoseconds since 1980-01-06 00:00:00 GPST.
-///
 /// Arithmetic in nanoseconds is exact; the range is 1687 to 2272. Times of other scales (UTC, BDT, GLONASST)
 /// are converted on input and output, see time_scales.hpp. Doubles hold intervals in seconds, never instants.
 class GpsTime {

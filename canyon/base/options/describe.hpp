@@ -47,7 +47,7 @@ struct Description {
   void add_other_name(const std::string& name, const std::string& path, std::string_view effect = {});
 
   [[nodiscard]] std::vector<std::string> paths() const;
-  /// The path that a former name stands for; another path as it is.
+  /// The current path of a former name; another path as it is.
   [[nodiscard]] std::string current(const std::string& path) const;
 };
 

@@ -50,8 +50,8 @@ struct Document {
   std::map<std::string, std::string> replaced = {};  ///< Description::replaced
   std::vector<std::pair<std::string, std::string>> other_names = {};  ///< Description::other_names
   bool digits_are_booleans = false;  ///< true, false, 1 and 0, letters in any case, instead of YAML's words
-  /// An error of the key `path`, or of the section `path` if `key` is empty.
-  /// Default: InputError(file, line, "KEY: problem", cure).
+  /// An error of the key `path`, or of the section `path` if `key` is empty. Default: InputError(file, line,
+  /// "KEY: problem", hint).
   std::function<InputError(const std::string& path, const std::string& key, int line,
                            std::string_view problem, std::string_view hint)>
       fault;

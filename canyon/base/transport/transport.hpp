@@ -81,11 +81,9 @@ class Transport {
 ///   file:PATH                      a file that appears complete at finish(); the data of a killed process
 ///                                  stay under another name, which the next writer of the file logs
 ///   tcp://HOST:PORT                a server for up to kMaxClients clients; one more replaces the one that
-///   has
-///                                  waited longest for a reply or since one; HOST is 127.0.0.1, or an
+///                                  has waited longest for or since a reply; HOST is 127.0.0.1, or an
 ///                                  address of this machine (0.0.0.0: all of them), then logged in
-///                                  take_notes(); a client that begins as HTTP does, such as a page of a
-///                                  browser, is dropped
+///                                  take_notes(); a client that begins with HTTP, as a browser, is dropped
 ///   tcp-connect://HOST:PORT        a client; reconnects every second if the server is gone
 ///   udp://HOST:PORT                datagrams of up to kMaxDatagram bytes that end with a line
 ///   udp-listen://HOST:PORT         receives datagrams at a port, and sends to the senders of the last 10 s,

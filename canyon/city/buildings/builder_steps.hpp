@@ -107,7 +107,6 @@ enum class PassageKind : std::uint8_t { Tunnel, Covered, Bridge };
 
 /// Appends the solids of a passage, as objects of Surface::Building of concrete. A tunnel has a roof, two
 /// walls and open ends; a covered way has a roof; a bridge has its deck.
-///
 /// Clear height below a roof: `maxheight` plus 0.3 m, else 5 m, 3 m over footways; below a bridge's deck:
 /// `layer` (default 1) times 6 m. Widths: `width`, else 3.5 m for each of `lanes`, else 8 m, 3 m for footways
 /// and 5 m for railways.

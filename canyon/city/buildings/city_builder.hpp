@@ -55,7 +55,6 @@ struct BuiltCity {
 };
 
 /// Builds a city from map features.
-///
 /// Positions: each corner of a footprint is converted to the frame, so positions are exact. A building is
 /// upright in the frame, on one base: z of the lowest ground along its outline (OSM heights start there). On
 /// a terrain its walls reach 1 m further down, so that no gap is left between posts. Verticals are parallel
@@ -73,7 +72,6 @@ struct BuiltCity {
 ///
 /// One object for each polygon (courtyards are its holes), named by the feature's id, followed by "#2", "#3",
 /// ... if there are several. If two buildings have the same outline and bottom, only the first is built.
-///
 /// Trees of a row are 8 m apart; woods are flat-topped volumes over the mean ground of their outline.
 ///
 /// `progress` is called with the numbers of finished and of all features. Throws InputError if nothing can be

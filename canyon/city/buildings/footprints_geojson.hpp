@@ -12,7 +12,6 @@ namespace canyon::buildings {
 /// MultiPolygon, longitude and latitude [deg, WGS 84, 9 decimals: 0.1 mm], outer rings counter-clockwise,
 /// inner ones clockwise; null if no part of the outline was usable or a building came as ready-made surfaces
 /// without a footprint. Trees are omitted; woods are included. Properties, null if not known:
-///
 ///   id                        as on the map: "way/123"
 ///   kind                      "building", "part" or "foliage"
 ///   built, reason             whether it is in the city; reason if not, else repairs

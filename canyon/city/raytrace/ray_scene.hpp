@@ -100,7 +100,6 @@ class RayScene {
   [[nodiscard]] bool occluded_by_instances(const Ray& ray) const;
 
   /// Free, inside a building, or below the terrain, for the static city. InputError if not finite.
-  ///
   /// Inside a building: a roof is above the point, and on most of seven horizontal rays, walls hit from
   /// behind outnumber those hit from the front (or the reverse, if a building is inside out). Because every
   /// wall on the ray counts, the test tolerates walls shared by two buildings, overlapping parts, missing

@@ -151,7 +151,7 @@ template <int axis>
 double far_point(const Row& row) {
   return row.path->order < 2 ? kNone : row.path->far_point[axis];
 }
-/// @param place 0: next to the satellite
+/// @param index 0: next to the satellite
 std::string material(const Row& row, int index) {
   return std::string(city::material_name(row.path->incidences[static_cast<std::size_t>(index)].material));
 }

@@ -13,7 +13,7 @@
 
 // The columns of epochs, satellites, signals and paths, each declared once, in columns.cpp. This list defines
 // the CSV files, the tables of Python and xarray, a study's stored epochs and their NetCDF, the viewer's
-// tables, and the tables in docs/; docs/extending.md says how to add a column.
+// tables, and the tables in docs/; docs/extending.md describes how to add one.
 
 namespace canyon::encoding {
 

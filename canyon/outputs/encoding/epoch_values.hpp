@@ -24,7 +24,7 @@ namespace canyon::encoding {
   return positioning::name(fix.status);
 }
 
-/// Reason why there is no fix, as text: "too few satellites". @param placement of the antenna
+/// Reason why there is no fix, as text: "too few satellites". @param containment of the antenna
 [[nodiscard]] std::string_view no_fix_reason(const positioning::Fix& fix, raytrace::Containment containment);
 
 /// Satellites in the position: 0 without a position.

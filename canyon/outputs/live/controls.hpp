@@ -130,7 +130,7 @@ class Commands {
   /// A client requested the end of the run.
   [[nodiscard]] virtual bool stopped() const = 0;
 };
-/// Answers the lines received from a link.
+/// Responds to the lines received from a link.
 [[nodiscard]] std::unique_ptr<Commands> make_commands(CommandContext context,
                                                       std::shared_ptr<transport::Link> link);
 

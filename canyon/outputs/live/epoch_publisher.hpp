@@ -35,13 +35,13 @@ struct ReceiverReport {
 };
 
 /// An output of a host. Called from one thread at a time, the simulation's or one that the simulation waits
-/// for, so calls must be short. If it throws, HostedReceiver logs the error and removes it.
+/// for, so calls must be short. If it throws, HostedReceiver logs the error and removes the publisher.
 class EpochPublisher {
  public:
   virtual ~EpochPublisher() = default;
   virtual void publish(const ReceiverReport& report) = 0;
-  /// An update of the world without an epoch, at this time of the host's clock: answers drivers at the other
-  /// end of a line and sends delayed bytes that are due.
+  /// An update of the world without an epoch, at this time of the host's clock: responds to drivers at the
+  /// other end of a line and sends delayed bytes that are due.
   virtual void serve(std::int64_t /*sim_time_ns*/) {}
   /// The world was reset or time jumped back.
   virtual void reset() {}
@@ -76,7 +76,7 @@ using LinkOpener = std::function<std::shared_ptr<transport::Link>(const encoding
 /// Logs warnings of a sky that several receivers share once. Thread-safe.
 class SkyWarnings {
  public:
-  /// Logs a receiver's warnings. @param say gets each line that no receiver has logged of its sky before
+  /// Logs a receiver's warnings. @param log gets each line not yet logged of its sky
   void take(simulation::ReceiverRunner& receiver,
             const std::function<void(const std::string& line, bool is_sky_warning)>& log);
 

@@ -117,7 +117,7 @@ class HostedReceiver {
   void take_rtcm(std::string_view bytes, std::int64_t now_ns);
 
   /// Call it in every update of the world with the world's time. Computes an epoch if one is due. Throws only
-  /// if HostSetup::say throws.
+  /// if HostSetup::log throws.
   void update(std::int64_t now_ns, const Truth& truth) {
     if (!due(now_ns)) return serve(now_ns);
     begin(now_ns, truth);

@@ -542,7 +542,7 @@ struct Session::Impl {
     constexpr std::size_t kBlock = 256;
     bool more = false;
     for (Vehicle& vehicle : vehicles) {
-      // In real time, one epoch per pass: links and other receivers come before the next.
+      // In real time, one epoch per pass: links and other receivers are served before the next.
       const std::size_t maximum = by_stamps() ? kBlock : vehicle.receivers.size();
       for (std::size_t taken = 0; taken < maximum; ++taken) {
         const auto next = std::min_element(

@@ -36,12 +36,10 @@ struct SessionOptions {
 };
 
 /// Receivers of a scenario in real time: poses in, epochs out (docs/live.md).
-///
 /// Each vehicle has one source of poses. An epoch is due at its instant; it is computed when a pose of that
 /// instant or later has arrived, or LiveOptions::wait_s after it, and sent at once. Receivers are computed on
 /// as many threads as there are cores. If no pose arrived within the source's time-out, there is no truth:
 /// the epoch has no signal and no fix, and its true position is NaN.
-///
 /// The results are those of simulation::ReceiverRunner, and for a trajectory those of Simulation::run().
 class Session {
  public:

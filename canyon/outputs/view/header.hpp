@@ -18,7 +18,7 @@ namespace canyon::view {
 /// Name of a view's header in its folder.
 inline constexpr const char* kHeaderFile = "view.json";
 
-/// A file of rows beside the header.
+/// A file of rows next to the header.
 struct ChunkEntry {
   std::string file;
   std::size_t receiver = 0;

@@ -50,7 +50,7 @@ std::string_view view_of(beast::string_view text) {
   return {text.data(), text.size()};
 }
 
-/// A message, shared by all who get it.
+/// A message, shared by its receivers.
 using Text = std::shared_ptr<const std::string>;
 
 class Socket;
@@ -108,8 +108,8 @@ class Socket : public std::enable_shared_from_this<Socket> {
     });
   }
 
-  /// @param must it is never dropped: an answer, or the greeting
-  /// @param answer the next message is read once it is sent
+  /// @param must it is never dropped: a response, or the greeting
+  /// @param response the next message is read once it is sent
   void send(Text text, bool must, bool response = false) {
     if (!must && waiting_.size() >= shared_->options.max_queued) {
       // The first may be on its way.
@@ -140,15 +140,15 @@ class Socket : public std::enable_shared_from_this<Socket> {
     });
   }
 
-  /// The next message is read when the answer to this one is taken: who asks without end waits in line, and
-  /// who takes no answer gets no more.
+  /// Reads the next message when the response to this one is sent. A client that floods is queued; a client
+  /// that stops reading is not served.
   void submit(std::string message) {
     if (!shared_->site.handle_message) return read();
     asio::post(*shared_->work, [self = shared_from_this(), message = std::move(message)]() mutable {
       std::string response;
       try {
         response = self->shared_->site.handle_message(message);
-      } catch (const std::exception&) {  // what is wrong with a message is its answer's to say
+      } catch (const std::exception&) {  // the response to a message reports its errors
       }
       // Handed back whole, since a connection's data belong to the server's thread.
       const auto home = self->stream_.get_executor();

@@ -20,7 +20,7 @@ struct ServerOptions {
   std::size_t max_message_bytes = 4096;  ///< of a WebSocket message to the server
   /// Messages queued for a slow WebSocket client, >= 2; the oldest are dropped if there are more.
   std::size_t max_queued = 64;
-  /// Time-out for receiving a request, for sending a response, and for a WebSocket client's answer to a ping.
+  /// Time-out for receiving a request, for sending a response, and for a WebSocket client's reply to a ping.
   std::chrono::milliseconds timeout{20'000};
 };
 

@@ -76,8 +76,8 @@ class Disturbance {
   ///   remove it, or add one;
   /// - remove a satellite's view, or add one (sorted by id at the end);
   /// - add interference (Arrival::interference): each signal's noise follows from its spectrum.
-  /// The order of paths and Visibility are recomputed after the last disturbance. If arrival.placement is not
-  /// Free, no path arrives.
+  /// The order of paths and Visibility are recomputed after the last disturbance. No path arrives unless
+  /// arrival.containment is Free.
   virtual void apply(const propagation::Antenna& /*antenna*/, propagation::Arrival& /*arrival*/) {}
   /// Reports events of the receiver itself at this epoch; called directly after apply(). Clock and date: add
   /// to the present values. If several restarts or forced fixes occur at one epoch, the last one counts.

@@ -36,8 +36,8 @@ class FrameStates {
 
   FrameStates(const SkyNodes& nodes, std::uint64_t seed, std::string_view key);
 
-  /// @param frame any number; @param shares weights of the direction. A chain with a memory of more than
-  /// 4,096 frames is restarted at that distance with a new sample.
+  /// @param frame any number; @param weights of the direction. A chain with a memory of more than 4,096
+  /// frames is restarted at that distance with a new sample.
   [[nodiscard]] States at(std::int64_t frame, std::span<const SkyNodes::NodeWeight> weights, Steps steps);
 
  private:
@@ -70,7 +70,7 @@ class Shadowing {
   /// Throws InputError if options.validate() does.
   Shadowing(const ShadowingOptions& options, std::uint64_t seed, const std::string& key);
 
-  /// @param way_m distance travelled since some origin, not less than at the last call
+  /// @param travelled_m distance since some origin, not less than at the last call
   /// @param height_m of the antenna above the ground
   void go_to(double travelled_m, double height_m = SkylineOptions::kBase_m);
   /// Shadow on a satellite at the last go_to(). @param direction unit, ENU, not below the horizon

@@ -63,7 +63,7 @@ struct SkylineOptions {
 struct ShadowingOptions {
   bool enabled = false;
   ShadowingEnvironment environment = ShadowingEnvironment::Urban;
-  std::optional<ShadowingParameters> numbers;  ///< for all places, instead of the environment's; no key
+  std::optional<ShadowingParameters> numbers;  ///< for all positions, instead of the environment's; no key
   SkylineOptions skyline;
   /// Length of a frame [m], [0.1, 1000]: a state lasts a whole number of frames.
   double frame_m = 4.4;

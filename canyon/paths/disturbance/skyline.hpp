@@ -29,7 +29,7 @@ class Skyline {
   /// True if there are no obstacles.
   [[nodiscard]] bool empty() const { return *numbers_.fraction == 0; }
   /// Moves the antenna. Calls may come in any order of positions.
-  /// @param place east, north in the city's frame [m]; @param height_m of the antenna above the ground [m]
+  /// @param point east, north in the city's frame [m]; @param height_m of the antenna above the ground [m]
   void go_to(const Eigen::Vector2d& point, double height_m);
   /// Change of a path's level by the obstacles at the position of the last go_to() [dB], at most 0: the
   /// diffraction over a rounded edge (ITU-R P.526-15, 4.1 and 4.2) at L1.
@@ -58,7 +58,7 @@ class Skyline {
   std::vector<Node> nodes_;
 };
 
-/// One of SkyNodes::draw()'s.
+/// One of the nodes of SkyNodes::draw().
 [[nodiscard]] inline double coins(std::uint64_t bits) {
   return (std::popcount(bits) - 32) / 4.0;
 }

@@ -51,7 +51,6 @@ struct DiffusePath {
 /// Strengths: the power of a class is multiplied by 10^((median + sigma n) / 10), n normal, by seed, number
 /// of the class and the cube of 8 m that contains its point. So it changes as antenna or satellite move along
 /// a facade, and is the same for every receiver. All points of movable instances count as one.
-///
 /// Const, thread-safe; no allocation once its memory has grown. The scene must outlive it.
 class DiffuseScattering {
  public:

@@ -105,8 +105,7 @@ class Propagator {
   /// at azimuth + 180 deg and the same elevation theta, only for satellites whose direct ray is blocked. The
   /// direct ray has no limit: walls farther than max_range_m block too. Material and incidence are those of
   /// the facet that the mirror ray hits.
-  ///
-  /// @param place gets the far paths and edges valid for nearby antennas (retrace()); null: not needed
+  /// @param traced gets the far paths and edges valid for nearby antennas (retrace()); null: not needed
   void trace(const Eigen::Vector3d& antenna, std::span<const Eigen::Vector3d> directions,
              std::span<SatellitePaths> result, TracedPoint* traced = nullptr) const;
 

@@ -34,7 +34,6 @@ struct ReflectionLimits {
 
 /// Paths satellite -> facet A -> facet B -> antenna. Holds the memory of a search: use one per thread;
 /// nothing is allocated once it has grown.
-///
 /// Image method (McKown and Hamilton, "Ray tracing as a design tool for radio networks", IEEE Network 5(6),
 /// 1991, pp. 27-30; for rooms Allen and Berkley, J. Acoust. Soc. Am. 65(4), 1979, pp. 943-950). With planes
 /// n . x = d, the antenna p and the satellite's direction s:

@@ -12,7 +12,6 @@
 #include "canyon/sky/gnss/signals.hpp"
 
 // Groups of signals by name, which receivers treat alike.
-//
 // A group is a system ("BeiDou"), a signal ("B1I"), a block or generation of satellites ("GPS-IIF",
 // "BeiDou-2"), or an orbit ("BeiDou-GEO"); several joined by & mean their intersection
 // ("BeiDou-2&BeiDou-IGSO").

@@ -110,8 +110,7 @@ inline constexpr double kL1_hz = 1575.42e6;
 /// Group delays [s] of a satellite's signals in the order of signals_of(): a signal's clock is the broadcast
 /// one minus this delay.
 ///   GPS, QZSS: TGD at L1, (f1 / f)^2 TGD elsewhere, because the broadcast clock refers to the
-///   ionosphere-free
-///     pair (IS-GPS-200 20.3.3.3.3.2);
+///     ionosphere-free pair (IS-GPS-200 20.3.3.3.3.2);
 ///   Galileo: from BGD(E1,E5a) and BGD(E1,E5b) for the clock of F/NAV or I/NAV (OS SIS ICD 5.1.5);
 ///   BeiDou: clock of B3I, TGD1 at B1I and B1C, TGD2 at B2I and B2a (BDS-SIS-ICD-B1I 5.2.4.10).
 /// A signal's own delay in newer messages (SignalDelays) has priority.

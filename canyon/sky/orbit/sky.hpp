@@ -93,7 +93,7 @@ struct Observer {
 [[nodiscard]] Eigen::Vector3d rotate_earth(const Eigen::Vector3d& position, double flight_time_s);
 
 /// The paper's virtual satellites: fixed azimuths and elevations, seen from `position`, that do not move
-/// relative to the ground. 20,200 km (GPS altitude) away; at `position` line_of_sight() restores azimuth and
+/// relative to the ground, 20,200 km (GPS altitude) away. At `position` line_of_sight() restores azimuth and
 /// elevation within 1e-9 rad, elsewhere in a city (kilometres) within 1e-4 rad.
 class FrozenSky final : public Sky {
  public:

@@ -179,8 +179,8 @@ struct RinexObservations {
 [[nodiscard]] RinexObservations read_observations(const std::filesystem::path& path,
                                                   const ObservationOptions& options = {});
 
-// Functions that the readers of recorded observations share, for all formats.
-// Codes of a signal in a file of this version, best first; none if the options do not want the signal.
+// Functions that the readers of recorded observations share, for all formats. Codes of a signal in a file of
+// this version, best first; none if the options exclude the signal.
 [[nodiscard]] std::vector<std::string> wanted_codes(const ObservationOptions& options,
                                                     const gnss::Signal& signal, double version);
 

@@ -226,7 +226,7 @@ class Envelope {
   }
 
   /// Joins triangles of one face and retriangulates with as few vertices as possible: added vertices stay
-  /// where three faces meet and where two meet on the rim. Changes nothing if that fails.
+  /// where three faces meet and where two meet on the rim. Changes nothing if this fails.
   void join_faces() {
     const auto count = static_cast<std::uint32_t>(3 * triangles_.size());
     std::unordered_map<Edge, std::uint32_t> half_edges;  // 3 * triangle + corner

@@ -27,7 +27,6 @@ inline constexpr const char* kNoTriangles = "outline cannot be triangulated";
 /// outline by up to 18 % of the distance to the centroid. A footprint unsuitable for its roof (no such
 /// outline, or narrower than 0.1 m) gets a flat roof at half of the roof's height, with a line in `notes`.
 /// Roofs below 1 cm are flat.
-///
 /// @param polygon from repair(), in the city's east-north metres
 /// @param base_m z of the ground that shape.height_m and min_height_m count from
 /// @param bottom_m z of the solid's bottom if min_height_m is 0: lower than base_m on a slope, so that no gap

@@ -11,7 +11,6 @@ namespace canyon::buildings {
 /// Reads the files of a city model: CityGML and CityJSON by their content, each also as a zip archive or a
 /// folder of any depth with many tiles, as authorities publish them, and several of these. Tiles are read in
 /// the order of their names; repeated objects are read once; each tile has its own reference system.
-///
 /// A damaged tile among many is skipped with a warning that names the tile and the line; a single damaged
 /// file is an error. Files of archives and folders that are not city models are ignored.
 ///

@@ -23,7 +23,8 @@ namespace canyon {
 /// is a hundred libraries, and most runs do not use it. Throws InputError if it is not installed.
 [[nodiscard]] void* gdal_function(const char* name);
 
-// These hide GDAL's own declarations in this namespace. Other functions do not link. clang-format off
+// These hide GDAL's own declarations in this namespace. Other functions do not link.
+// clang-format off
 #define CANYON_GDAL_FUNCTIONS(X) \
   X(CPLErrorReset) X(CPLGetErrorHandlerUserData) X(CPLGetLastErrorMsg) X(CPLPopErrorHandler) \
   X(CPLPushErrorHandler) X(CPLPushErrorHandlerEx) X(CPLQuietErrorHandler) X(CPLSetThreadLocalConfigOption) \

@@ -21,7 +21,7 @@ class Geoid {
   struct Heights {
     std::filesystem::path file;                ///< for messages
     OGRSpatialReferenceH reference = nullptr;  ///< the file's; may lack a vertical part
-    /// A compound system ("EPSG:4326+5773") prescribed by the file's format, used if `reference` has none.
+    /// A compound system ("EPSG:4326+5773") of the file's format, used if `reference` has no vertical part.
     std::string prescribed;
     std::optional<double> metres_per_unit;  ///< if the file gives the unit of its heights
     TerrainOptions options;                 ///< the user's

@@ -36,7 +36,7 @@ struct HttpGetOptions {
 /// Gets http or https addresses, several in parallel, each following at most five redirects: on the same
 /// server and from http to https there, to other servers if the options allow it; never from https to http,
 /// nor from a public address to a private one. `done` is called with the number of each address, in the order
-/// of completion. Throws exceptions of `done`; the problem of a single address is in its answer.
+/// of completion. Throws exceptions of `done`; the problem of a single address is in its response.
 void http_get_all(const std::vector<std::string>& urls, const HttpGetOptions& options,
                   const std::function<void(std::size_t, HttpResponse&&)>& done);
 

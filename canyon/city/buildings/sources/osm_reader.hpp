@@ -37,7 +37,6 @@ struct StreetMap {
 ///
 /// With a box, features that touch it are complete, and the parts of touching buildings are kept too (those
 /// within 0.02 deg of the box). Memory grows with the kept features, not with the file.
-///
 /// Throws InputError: missing or truncated file, another format; coordinates beyond the poles; no building.
 [[nodiscard]] MapData read_osm(const std::vector<std::filesystem::path>& paths,
                                const OsmReadOptions& options = {});

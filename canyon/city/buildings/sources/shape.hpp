@@ -66,7 +66,6 @@ struct Shape {
 /// building:levels, else one storey but at most a third of the building. materials: of the facade
 /// building:facade:material, facade:material, building:material, building:cladding, the first that is known;
 /// of the roof roof:material; else Concrete.
-///
 /// The result always has 0 <= min_height_m <= height_m - roof_height_m and min_height_m < height_m.
 [[nodiscard]] Shape shape_from_tags(const std::map<std::string, std::string>& tags,
                                     const HeightDefaults& defaults, const std::string& id,

@@ -31,7 +31,7 @@ void visit(options::Visitor& v, SkyplotOptions& o);
 
 /// Contents of a picture of the sky at a point and time: satellites above the horizon with their visibility,
 /// reflections and tracks, the silhouette, title and subtitle. Without a satellite the list is empty; in a
-/// building every satellite is blocked and `placement` is set.
+/// building every satellite is blocked and `containment` is set.
 /// @param antenna_enu in the city's frame [m], finite (InputError)
 /// @param propagator of this environment
 /// @param receiver that determines visibility, in steady state and without shadowing: signals too weak for it

@@ -41,7 +41,7 @@ inline constexpr std::array kBlocks{
 [[nodiscard]] std::uint16_t crc16(std::string_view bytes);
 
 /// The complete block. Zeros fill the body up to a multiple of four bytes.
-/// @param time its time stamp, rounded down to a millisecond; empty: the receiver does not know the time
+/// @param time its time stamp, rounded down to a millisecond; empty: the receiver has no time
 [[nodiscard]] std::string block(BlockId id, const std::optional<geodesy::GpsTime>& time,
                                 std::string_view body);
 

@@ -76,7 +76,7 @@ class Configuration {
  public:
   /// @param period_ms default of CFG-RATE-MEAS, at least 1; @param rtk NAV-RELPOSNED is sent from the start
   /// @param dead_reckoning likewise ESF-STATUS
-  /// @param stands it may be a base station with a fixed position (CFG-TMODE-MODE 2)
+  /// @param is_stationary it may be a base station with a fixed position (CFG-TMODE-MODE 2)
   Configuration(Generation generation, int period_ms, bool rtk = false, bool dead_reckoning = false,
                 bool is_stationary = false);
   [[nodiscard]] bool operator==(const Configuration&) const = default;

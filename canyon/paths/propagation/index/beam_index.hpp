@@ -36,7 +36,6 @@ struct Beam {
                              const Surroundings& antennas = {});
 
 /// Search index of one set's facets, by their front and a beam. Built once; const members are thread-safe.
-///
 /// A tree of three levels: eight adjacent facets, eight of these groups, and a list of those. Boxes are
 /// compared with the planes of the beam, eight at a time, in floats relative to the set's centre. A vertical
 /// mirror does not change the z of a ray, and a level one changes its sign. Each of these kinds has a tree of

@@ -15,7 +15,6 @@
 namespace canyon::propagation {
 
 /// A diffracting edge: a straight convex edge between two faces, or the free edge of a single one.
-///
 /// Angles around an edge are counted from face 0 through the air to face 1: the direction from the edge into
 /// face 0 is normal[0] x direction and has the angle 0, the one into face 1 is direction x normal[1] and has
 /// `exterior_rad`. A free edge has its sheet as both faces, with opposite normals and 2 pi of air between.
@@ -50,7 +49,6 @@ struct EdgePoint {
 };
 
 /// The diffraction point for an antenna and a satellite at infinity in direction `s` (unit), in closed form.
-///
 /// The path |P - A| - s.(P - A) is stationary over the edge's points P if leg and satellite direction make
 /// the same angle with the edge (Keller's cone: J. B. Keller, "Geometrical theory of diffraction", J. Opt.
 /// Soc. Am. 52 (1962), 116-130). With w the vector from the antenna to the nearest point of the edge's line

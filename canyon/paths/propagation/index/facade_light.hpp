@@ -12,7 +12,6 @@
 namespace canyon::propagation {
 
 /// Cache of the directions of the sky that cells of the city's facades see past the static city.
-///
 /// Key: a cell and a direction of a grid of one degree. A cell is the part of one side of one triangle in one
 /// square of a grid of `cell_m` along the two axes on which its normal has the smallest components. Value:
 /// whether a ray from the middle of the cell in the middle of the direction is free. It is a function of the
