@@ -54,8 +54,7 @@ struct Option {
   [[nodiscard]] bool has_name(std::string_view name) const;
 };
 
-/// A command of the program, or the program itself. A command with subcommands needs one of them unless it
-/// has its own action.
+/// A command, or the program itself. With subcommands, one of them is required unless it has its own action.
 struct Command {
   std::string name, help;
   std::string footer = {};

@@ -118,8 +118,7 @@ std::string bench_base(const std::string& yaml, const fs::path& file) {
                      base.z() + kMast_m);
 }
 
-/// Receivers by name or file. Files are relative to the working folder; in the scenarios to the drives'
-/// folders.
+/// Receivers by name or file, relative to the working folder; in the scenarios to the drives' folders.
 std::vector<bench::BenchReceiver> receivers_of(const MakeArguments& arguments, const fs::path& folder) {
   std::vector<bench::BenchReceiver> receivers;
   for (const std::string& text :
@@ -142,8 +141,7 @@ std::vector<bench::BenchReceiver> receivers_of(const MakeArguments& arguments, c
   return receivers;
 }
 
-/// Runs the small estimator of 100 lines on each drive that lacks its estimates, if there is a Python with
-/// NumPy.
+/// Runs the estimator of 100 lines on each drive without its estimates, if there is a Python with NumPy.
 void run_baselines(const fs::path& bench, const std::vector<fs::path>& drives, bool quiet) {
   std::vector<std::vector<std::string>> missing;
   for (const fs::path& drive : drives)
@@ -280,7 +278,6 @@ int run_make(const MakeArguments& arguments) {
   return Maker(arguments).run();
 }
 
-/// A user's estimate in all drives.
 struct UserEstimate {
   std::string name, file;           ///< file: {drive} is replaced by the drive's name
   fs::path folder;                  ///< of the file, without replacement; empty: the working folder

@@ -10,7 +10,6 @@
 
 namespace canyon::cli {
 
-/// `canyon city build`.
 void add_city_build(Command& city);
 
 /// Options for reading a city: changes to the file's or the scenario's values.
@@ -26,8 +25,7 @@ struct CityArguments {
 void add_city_options(Command& command, CityArguments& arguments);
 /// Adds --origin, --geoid and --geoid-undulation.
 void add_georeference_options(Command& command, CityArguments& arguments);
-/// Applies the changes. Throws InputError for options without effect on a city of this kind. @param input its
-/// name in messages
+/// Applies the changes. InputError for options without effect on this kind of city. @param input for messages
 void change_city(simulation::CityConfig& config, const CityArguments& arguments, const std::string& input);
 
 /// The city of a file of any kind, of a Gazebo model's folder, or of a scenario, changed by the arguments.

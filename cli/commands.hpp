@@ -57,8 +57,7 @@ void add_completion(Command& app);
 /// @param version printed in the pages
 void add_manual(Command& app, const std::string& version);
 
-/// "22.3,114.17,10" -> position (degrees, degrees, metres; the height may be left out). Throws InputError
-/// with the option's name.
+/// "22.3,114.17,10" -> position (degrees, degrees, optional metres). InputError with the option's name.
 [[nodiscard]] geodesy::Geodetic parse_position(const std::string& text, const std::string& option);
 /// The numbers of a list, "1,2.5,-3"; empty unless every piece is one.
 [[nodiscard]] std::vector<double> parse_numbers(const std::string& text);
@@ -66,7 +65,6 @@ void add_manual(Command& app, const std::string& version);
 void check_trajectory_format(const std::string& format);
 /// The time of the middle one of the ephemerides, since some receivers also write old ones; {} without any.
 [[nodiscard]] geodesy::GpsTime middle_time(const gnss::NavigationData& navigation);
-/// Adds --threads.
 void add_threads(Command& command, int& threads, const std::string& about = "0: one for each core (0)");
 /// Adds --fixed-unknowns, a list of names for unknowns::unknowns_of().
 Option& add_fixed_unknowns(Command& command, std::string& known);

@@ -31,7 +31,6 @@ struct HeatmapArguments {
   bool keep_tiles = false, large = false, quiet = false;
 };
 
-/// Which files to write.
 struct HeatmapFormats {
   bool netcdf = false, geotiff = false, png = false;
 };

@@ -42,15 +42,13 @@ void add_drive_options(Command& command, DriveArguments& arguments);
 [[nodiscard]] std::vector<validation::ListedRecording> recordings_of(const DriveArguments& arguments,
                                                                      bool listed);
 
-/// Writes the results to --json. Returns whether they are also printed for people: not with --json - or
-/// --quiet.
+/// Writes the results to --json. Returns whether to print them as text too: not with --json - or --quiet.
 [[nodiscard]] bool write_results(const DriveArguments& arguments, const std::function<std::string()>& json);
 
 /// Returns work(). If Ctrl-C ends it (Interrupted), prints that nothing was written.
 [[nodiscard]] int unless_interrupted(const std::function<int()>& work);
 
-/// One recording with its scenario: city, sky, truth, and the city's position. Prints its steps on standard
-/// error.
+/// A recording with its scenario: city, sky, truth, the city's position. Prints its steps on standard error.
 class RecordedDrive {
   const DriveArguments& arguments_;
 
@@ -78,8 +76,7 @@ class RecordedDrive {
   void warn(const std::vector<std::string>& lines) const;
   [[nodiscard]] std::function<void(std::size_t, std::size_t)> progress_of(Progress& progress) const;
   /// Simulates a receiver at the recording's epochs, by compare_, in the aligned city. The first call finds
-  /// the satellites that the recording never tracks; later calls leave them out, unless --all-satellites
-  /// keeps them.
+  /// the satellites that the recording never tracks; later calls leave them out, without --all-satellites.
   [[nodiscard]] validation::Comparison simulate(const simulation::ReceiverConfig& receiver);
   /// The same with another city, city position and seed, without the never tracked satellites found so far.
   [[nodiscard]] validation::Comparison simulate(const simulation::ReceiverConfig& receiver,

@@ -11,7 +11,6 @@
 
 namespace canyon::cli {
 
-/// Arguments of commands that run a scenario.
 struct RunArguments {
   std::string scenario;
   Changes<simulation::Scenario> changes;
@@ -31,7 +30,6 @@ void add_run_options(Command& command, RunArguments& arguments);
                                                  simulation::ScenarioReadOptions options = {});
 /// Prints a scenario as YAML, without the passwords and keys of its addresses; notes their removal.
 void print_scenario(const simulation::Scenario& scenario);
-/// A scenario ready to run.
 struct ReadyRun {
   std::shared_ptr<simulation::CityScene> scene;
   std::unique_ptr<simulation::Simulation> simulation;

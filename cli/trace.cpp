@@ -35,8 +35,7 @@ struct SentSignal {
   const gnss::Signal* signal;
   double carrier_hz;
 };
-/// Signals that the receiver tracks, or all that its antenna receives if it tracks none of the satellite's
-/// system.
+/// Signals that the receiver tracks; if none of the satellite's system, all that its antenna receives.
 std::vector<SentSignal> sent_signals(const orbit::LineOfSight& line, geodesy::GpsTime time,
                                      const receiver::ReceiverOptions& receiver) {
   std::vector<const gnss::Signal*> tracked;

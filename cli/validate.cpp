@@ -38,8 +38,7 @@ bool is_known(const FixedUnknowns& known, unknowns::Unknown unknown) {
   return std::find(known.begin(), known.end(), unknown) != known.end();
 }
 
-/// One recording, simulated with the settings as they are and with samples of unknowns. Only the epochs of
-/// the metrics are simulated.
+/// A recording, simulated as set and with samples of unknowns, only at the epochs of the metrics.
 class EnsembleDrive : public RecordedDrive {
  public:
   EnsembleDrive(const EnsembleArguments& arguments, const validation::ListedRecording& recording, bool listed)

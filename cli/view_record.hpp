@@ -18,11 +18,9 @@ struct RecordArguments {
   std::string camera;                     ///< empty: chosen by the page
   std::optional<double> from_s, until_s;  ///< of the run
 };
-/// Adds the options.
 void add_record_options(Command& command, RecordArguments& arguments);
 
-/// Checks before any work that the film can be made. Throws InputError for an unknown ending and for missing
-/// programs.
+/// Checks before any work that the film can be made: InputError for an unknown ending or missing programs.
 void check_record(const RecordArguments& arguments, const std::filesystem::path& page);
 
 /// Films an exported page. @param viewer the page as built, next to the code that films it. Throws InputError

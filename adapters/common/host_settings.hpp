@@ -21,8 +21,7 @@ enum class RayEngine : std::uint8_t { Physics, Embree };
 /// visuals/rays, bubble, bubble_scale, ray_length_m as VisualSettings, and the fields
 /// below. docs/sdf.md has the table.
 struct HostSettings : live::HostOptions, RosSettings, VisualSettings {
-  /// origin_latitude [deg], origin_longitude [deg], origin_altitude [m]; empty: the world's
-  /// spherical_coordinates.
+  /// origin_latitude, origin_longitude [deg], origin_altitude [m]; empty: the world's spherical_coordinates.
   std::optional<geodesy::Geodetic> origin;
 
   RayEngine ray_engine = RayEngine::Embree;  ///< ray_engine: physics or embree
@@ -45,12 +44,10 @@ struct HostSettings : live::HostOptions, RosSettings, VisualSettings {
   std::vector<std::string> warnings;
 };
 
-/// Visits its fields, for options::read(). Throws InputError if the physics engine is asked for with the
-/// specular model.
+/// For options::read(). Throws InputError if the physics engine is requested with the specular model.
 void visit(options::Visitor& v, HostSettings& settings);
 
-/// `settings.origin` first, then the host's; if the host has none, latitude 0, longitude 0 and a line in
-/// `warnings`.
+/// `settings.origin`, else the host's; without any latitude 0, longitude 0 and a line in `warnings`.
 [[nodiscard]] live::WorldFrame world_frame(const std::optional<live::HostOrigin>& host,
                                            const HostSettings& settings, std::vector<std::string>& warnings);
 
@@ -68,8 +65,7 @@ void visit(options::Visitor& v, HostSettings& settings);
                                        const live::WorldFrame& frame, geodesy::GpsTime start_of_world,
                                        double sensor_rate_hz, live::LogFunction log);
 
-/// Handles ROS services of a simulator's receiver, registered in `desk` by this name, if settings allow
-/// changes.
+/// Handles ROS services of a host's receiver, registered in `desk` by this name, if settings allow changes.
 [[nodiscard]] live::FaultRequestHandler hosted_faults(std::shared_ptr<live::RequestQueue> desk,
                                                       const std::string& receiver,
                                                       const RosSettings& settings);

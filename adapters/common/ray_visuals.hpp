@@ -33,7 +33,6 @@ struct VisualShape {
 };
 [[nodiscard]] bool same_look(const VisualShape& a, const VisualShape& b);  ///< except position and size
 
-/// The shapes to draw.
 struct VisualSettings {
   bool show_rays = false;     ///< to each satellite: ray_shapes()
   bool show_bubble = false;   ///< around the antenna: bubble_shapes()

@@ -33,8 +33,7 @@ class GnssSensor {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Makes a receiver for a plugin's Load(). Null after an error, which is written to Gazebo's console; the
-/// simulation continues.
+/// Makes a receiver for a plugin's Load(). Null after an error, which goes to Gazebo's console.
 [[nodiscard]] std::unique_ptr<GnssSensor> load_gnss_sensor(const Attachment& attachment) noexcept;
 
 }  // namespace canyon::adapters::gazebo_classic

@@ -54,8 +54,7 @@ class TopicPoseSource final : public PoseSource {
  public:
   TopicPoseSource(const gazebo::transport::NodePtr& node, const HostSettings& settings)
       : poses_(std::make_shared<simulation::PoseInbox>(settings.pose_topic, settings.pose_timeout_s)) {
-    // The event may be in progress in the world's thread while this object ends in another, so it owns the
-    // data it uses.
+    // The event may be running in the world's thread while this object ends in another: it owns its data.
     connection_ = gazebo::event::Events::ConnectWorldUpdateBegin(
         [poses = poses_](const gazebo::common::UpdateInfo& info) { poses->step(nanoseconds(info.simTime)); });
     subscriber_ = node->Subscribe(settings.pose_topic, &TopicPoseSource::on_gazebo_pose, this);

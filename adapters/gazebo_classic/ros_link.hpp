@@ -9,8 +9,7 @@
 
 namespace canyon::adapters::gazebo_classic {
 
-/// A client that publishes or subscribes. All functions are called from the link's thread, where they may
-/// wait for a master.
+/// A client that publishes or subscribes. Called from the link's thread, where it may wait for a master.
 class RosClient {
  public:
   virtual ~RosClient() = default;

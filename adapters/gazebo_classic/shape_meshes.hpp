@@ -13,8 +13,7 @@ namespace canyon::adapters::gazebo_classic {
 class ShapeMeshes {
  public:
   /// @param visual visuals instead of collisions
-  /// @param physics_engine gazebo::physics::PhysicsEngine::GetType(): determines the direction of heightmap
-  /// rows
+  /// @param physics_engine physics::PhysicsEngine::GetType(): determines the direction of heightmap rows
   ShapeMeshes(bool visual, const std::string& physics_engine);
 
   /// All shapes of a link [m], in the link's frame, see LinkShapes::take(); names are
@@ -22,8 +21,7 @@ class ShapeMeshes {
   [[nodiscard]] city::Mesh link_mesh(const gazebo::physics::Link& link,
                                      std::vector<std::string>& notes) const;
 
-  /// Changes if a shape of the link changes: kind, size, scale, mesh, pose, number. Ignores heights of
-  /// heightmaps.
+  /// Changes if a shape changes: kind, size, scale, mesh, pose, number. Ignores heights of heightmaps.
   [[nodiscard]] std::uint64_t fingerprint(const gazebo::physics::Link& link) const;
 
  private:

@@ -63,8 +63,7 @@ const pb::Message& run_time_prototype() {
   return *prototype;
 }
 
-/// Sets a field by its name, if the class has it, in the class's number type: PX4 changed types between
-/// releases.
+/// Sets a field by name, if the class has it, in its number type: PX4 changed types between releases.
 void set(pb::Message& message, const Field& field, const SitlGps& gps) {
   const pb::FieldDescriptor* const f = message.GetDescriptor()->FindFieldByName(field.name);
   if (f == nullptr || f->is_repeated()) return;

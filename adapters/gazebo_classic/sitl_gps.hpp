@@ -44,8 +44,7 @@ class SitlGpsMessage {
   SitlGpsMessage();
   ~SitlGpsMessage();
 
-  /// The message, valid until the next call; null if the process's own class requires a field unknown to
-  /// Canyon, named by problem().
+  /// The message, until the next call; null if the process's class requires an unknown field (problem()).
   [[nodiscard]] const google::protobuf::Message* fill(const SitlGps& gps);
   [[nodiscard]] const std::string& problem() const { return problem_; }
   /// Whether the process's own class is in use.

@@ -22,14 +22,12 @@ namespace canyon::adapters::gz_sim {
                                                 const gz::sim::EntityComponentManager& ecm);
 /// The receiver of a sensor, by the names of the world, model, link and sensor.
 [[nodiscard]] ReceiverIdentity identify(gz::sim::Entity sensor, const gz::sim::EntityComponentManager& ecm);
-/// Settings of a receiver on `sensor`, with settings that have no effect in Gazebo Sim as warnings. Throws
-/// InputError.
+/// Settings of a receiver on `sensor`; those without effect in Gazebo Sim are warnings. Throws InputError.
 [[nodiscard]] HostSettings read_settings(const sdf::ElementPtr& element, const sdf::ElementPtr& sensor,
                                          const ReceiverIdentity& identity,
                                          const gz::sim::EntityComponentManager& ecm);
 
-/// External truth: gz.msgs.Pose on settings.pose_topic, in the world's frame, during the lifetime of `node`
-/// and the returned object.
+/// External truth: gz.msgs.Pose on settings.pose_topic, in the world's frame, while `node` and result live.
 [[nodiscard]] std::shared_ptr<simulation::PoseInbox> take_poses(gz::transport::Node& node,
                                                                 const HostSettings& settings);
 

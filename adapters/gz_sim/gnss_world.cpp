@@ -292,8 +292,7 @@ struct GnssWorld::Impl {
   std::unique_ptr<OptionsService> options;
   std::optional<live::HostOrigin> origin;
   bool stepped = false;  // PostUpdate of this step has been called
-  // Epochs are computed and published while the simulation continues. It waits for them only before the next
-  // epochs.
+  // Epochs are computed and published while the simulation continues; it waits only before the next ones.
   std::future<void> epochs;
 };
 

@@ -23,8 +23,7 @@ class GzHostWorld final : public live::HostWorld {
   /// @param visual visuals instead of collisions
   explicit GzHostWorld(bool visual) : visual_(visual) {}
 
-  /// Call it in each step with the present world: it records the entities to be checked. `ecm` is read until
-  /// the next call.
+  /// Call it in each step: records the entities to be checked. `ecm` is read until the next call.
   void update_models(const gz::sim::EntityComponentManager& ecm);
 
   bool has_advanced() override { return std::exchange(went_on_, false); }

@@ -22,8 +22,7 @@ namespace canyon::adapters::gz_sim {
 /// ".../sensor/gps/navsat"; for a topic chosen by the user, "/rover/fix", the same with "/gnss" appended.
 [[nodiscard]] std::string gnss_topic_for(const std::string& navsat_topic, bool chosen_by_user);
 
-/// canyon.msgs.GnssReceiver (adapters/common/msgs) at every epoch, with or without a fix, if it has
-/// subscribers.
+/// canyon.msgs.GnssReceiver (adapters/common/msgs) at every epoch, also without a fix, if it has subscribers.
 [[nodiscard]] std::unique_ptr<live::EpochPublisher> make_gnss_publisher(const ReceiverIdentity& identity,
                                                                         const std::string& topic);
 

@@ -241,8 +241,7 @@ template <class TwistWithCovarianceStamped>
   return message;
 }
 
-/// canyon_msgs/GnssMultipath, the paper's message; GnssMultipath.msg defines the order of the arrays. Without
-/// truth: no satellites at all.
+/// canyon_msgs/GnssMultipath, the paper's; arrays ordered as in GnssMultipath.msg. Without truth: no satellites.
 template <class GnssMultipath>
 [[nodiscard]] GnssMultipath multipath_message(const Head& head, const simulation::Epoch* epoch) {
   GnssMultipath message;

@@ -22,7 +22,6 @@ using Drive = std::shared_ptr<const simulation::Simulation>;
                                        const std::string& receiver_name, live::LogFunction log,
                                        const Drive& drive = nullptr);
 
-/// Its truth.
 class NodeTruth {
  public:
   /// Throws InputError for an unreadable map_projector.

@@ -89,9 +89,8 @@ void advertise(NodeParts& node, const std::string& name, const rclcpp::QoS& qos,
   publisher = rclcpp::create_publisher<Message>(node.parameters, node.topics, name, qos, options);
 }
 
-/// A receiver's topics, reliable with a depth of ten, as in drivers of receivers; compatible with sensor data
-/// subscribers. Logs a subscriber that requests more than is offered. Messages without subscribers are not
-/// made.
+/// A receiver's topics, reliable with a depth of ten, as in receivers' drivers; compatible with sensor data
+/// subscribers. Logs a subscriber that requests more than is offered. Unsubscribed messages are not made.
 class ReceiverTopics {
  public:
   /// @param diagonal_covariance of fixes: make_covariance_diagonal()

@@ -24,15 +24,13 @@
 
 namespace canyon::receiver {
 
-/// Progress of a receiver after a restart, per satellite: search time, and state of its ephemeris.
-///
-/// Hot: the search takes SignalLockOptions::reacquisition_s, and ephemerides are known. Warm: same search,
-/// and the ephemeris is read: all of its messages (broadcast::unsent_ephemeris()), during uninterrupted
-/// tracking at the acquisition threshold or above. Cold: a random search time, uniform from 0.4 to 2.25 (T -
-/// 20 s), then reading. T is SignalLockOptions::cold_acquisition_s, which so is the median time to first fix
-/// of receivers of several systems under an open sky (a test: within 3 s). If T is below 18 s, too short for
-/// a GPS satellite's ephemeris, the ephemeris comes from a network: search of 0.8 to 1.6 T. The distribution
-/// of the search time is assumed.
+/// Progress of a receiver after a restart, per satellite: search time, and state of its ephemeris. Hot: the
+/// search takes SignalLockOptions::reacquisition_s, and ephemerides are known. Warm: same search, and the
+/// ephemeris is read: all of its messages (broadcast::unsent_ephemeris()), during uninterrupted tracking at
+/// the acquisition threshold or above. Cold: a random search time (assumed distribution), uniform from 0.4 to
+/// 2.25 (T - 20 s), then reading. T is SignalLockOptions::cold_acquisition_s, the resulting median time to
+/// first fix of receivers of several systems under an open sky (a test: within 3 s). If T is below 18 s, too
+/// short for a GPS satellite's ephemeris, the ephemeris comes from a network: search of 0.8 to 1.6 T.
 class EphemerisAcquisition {
  public:
   /// @param channels_search whether the receiver's channels search for search_s(); else a satellite is found
@@ -58,8 +56,7 @@ class EphemerisAcquisition {
     return (0.4 + 1.85 * uniform) * std::max(1.0, cold_s - 20);
   }
 
-  /// Whether a satellite's ephemeris is known; call once per epoch for each. @param readable it is tracked
-  /// and strong enough
+  /// Whether an ephemeris is known; call once per epoch and satellite. @param readable tracked, strong enough
   [[nodiscard]] bool read(gnss::SatelliteId id, const gnss::Signal& signal, bool readable,
                           geodesy::GpsTime now) {
     Satellite& satellite = satellites_[id];
@@ -134,7 +131,6 @@ class ChannelBank {
                                       const propagation::Arrival& arrival, ReceiverEpoch& epoch);
   /// Processes an epoch without signal in the channels of all satellites not in `satellites` (ascending).
   void drop_channels_except(const std::vector<SatelliteObservation>& satellites, geodesy::GpsTime now);
-  /// Errors of a tracked signal's loops at an epoch.
   [[nodiscard]] tracking::LoopErrors sample(const TrackedChannel& tracked, geodesy::GpsTime now);
   /// Whether a satellite's ephemeris is known; call once per epoch for each.
   [[nodiscard]] bool read_ephemeris(const SatelliteObservation& satellite, geodesy::GpsTime now);

@@ -33,8 +33,7 @@ class CodeCorrections {
   struct Correction {
     double metres = 0;   ///< added to the pseudorange
     double sigma_m = 0;  ///< of the station's code
-    /// The deviation without the errors in space that the correction removes, and with their difference at
-    /// the receiver.
+    /// Deviation without the removed errors in space, with their difference at the receiver.
     double reported_sigma_m = 0;
   };
 

@@ -56,8 +56,7 @@ class FixInput {
 
   struct CombinedMeasurement {
     positioning::Measurement measurement;  ///< referred to the signal near L1, as the sky's satellite clock
-    /// Slant delay of the ionosphere at 1575.42 MHz [m], model plus estimate; only with
-    /// Combination::Uncombined and two signals or more.
+    /// Slant ionosphere delay at 1575.42 MHz [m], model plus estimate; only Uncombined, two signals or more.
     std::optional<double> ionosphere_m;
     /// The measurement with corrections; empty without any.
     std::optional<positioning::Measurement> corrected;
@@ -90,8 +89,7 @@ class FixInput {
   void smooth(gnss::SatelliteId id, geodesy::GpsTime time);
   /// Removes the satellite's group delay relative to the signal near L1 from the codes.
   void refer_to_l1(const orbit::SatelliteState& state);
-  /// Keeps the codes that have a correction, corrected. Their deviations without the removed errors go to
-  /// reported_sigmas_m_.
+  /// Keeps and corrects codes with a correction; deviations without removed errors go to reported_sigmas_m_.
   void correct(gnss::SatelliteId id, geodesy::GpsTime time, const CodeCorrections& corrections);
   /// Combines the remaining codes into one measurement; precondition: at least one.
   [[nodiscard]] std::optional<CombinedMeasurement> combine(double elevation_rad, double model_m);

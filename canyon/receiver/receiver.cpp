@@ -205,7 +205,6 @@ struct Receiver::State {
     return epoch;
   }
 
-  /// Fuses the vehicle's sensors with the fix.
   void fuse(const EpochContext& context, ReceiverEpoch& epoch) {
     if (!options.dead_reckoning.enabled || context.sensors == nullptr) return;
     if (!fusion) fusion.emplace(options.dead_reckoning, context.sensors->mounting);

@@ -68,8 +68,7 @@ struct SatelliteObservation : SignalObservation {
   propagation::Visibility visibility = propagation::Visibility::Blocked;
   /// By the map and the bodies near the antenna, independent of strength: SatellitePaths::visibility.
   propagation::Visibility map_visibility = propagation::Visibility::Blocked;
-  /// Loss of its direct path by obstacles that the map lacks [dB]; >= 0 if they weaken it, 0 without an
-  /// obstacle.
+  /// Loss of its direct path by obstacles missing in the map [dB]; >= 0 if they weaken it, 0 without one.
   double obstacles_db = 0;
   bool above_mask = false;
   bool used = false;  ///< in the fix
@@ -163,12 +162,10 @@ struct EpochContext {
 /// must be given in order of time.
 ///
 /// If corrections of at most CorrectionOptions::max_age_s exist, the fix is differential: it uses the
-/// satellites with a correction (CodeCorrections). If that has no solution, and without corrections, it uses
-/// all.
+/// satellites with a correction (CodeCorrections). Without a solution or corrections, it uses all.
 ///
 /// P = r + excess + c (bias - (satellite clock - group delay)) + ionosphere + troposphere + orbit error +
-/// noise, with r the geometric range to the satellite at transmission, rotated with the Earth
-/// (docs/receiver.md has every sign).
+/// noise; r: geometric range to the satellite at transmission, rotated with the Earth (docs/receiver.md).
 class Receiver {
  public:
   /// @param disturbances applied after that of SignalOptions::shadowing, in this order

@@ -126,16 +126,14 @@ struct ReceiverOptions : positioning::RangeOptions {
   /// @param with_ionosphere whether these have an ionosphere
   void decide(bool space, bool with_ionosphere);
   /// Sets `tracks` or `exclude_signals` to the signals of these satellites that `concurrent_systems`
-  /// receives; no change if `tracks` is given. Throws InputError if `tracks` has no signal of any of the
-  /// satellites.
+  /// receives; no change if `tracks` is given. Throws InputError if `tracks` has none of their signals.
   void choose_signals(std::span<const gnss::SatelliteId> sky);
   /// Throws InputError naming receiver and field that are out of range.
   void validate() const;
 };
 void visit(options::Visitor& v, ReceiverOptions& o);
 
-/// Tracked signals of one system by ReceiverOptions::tracks, in the order of gnss::signals_of(); may be
-/// empty.
+/// Tracked signals of a system by ReceiverOptions::tracks, in the order of gnss::signals_of(); may be empty.
 [[nodiscard]] std::vector<const gnss::Signal*> tracked_signals(const std::vector<std::string>& tracks,
                                                                gnss::System system);
 

@@ -21,8 +21,7 @@ struct DueEpoch {
   geodesy::GpsTime time;
 };
 
-/// Delivers corrections between receivers, which are given by index, and computes their epochs in the order
-/// that this requires.
+/// Delivers corrections between receivers (given by index), and computes their epochs in the required order.
 class CorrectionLinks {
  public:
   CorrectionLinks() = default;
@@ -44,9 +43,8 @@ class CorrectionLinks {
   /// Computes the epoch due[i] from the corrections that have arrived for it (null: none). The epoch must
   /// live until make_epochs() returns; null: there was no epoch.
   using Make = std::function<const Epoch*(std::size_t i, std::shared_ptr<const rtk::Corrections>)>;
-  /// The epoch loop of runs and of hosts' worlds: gets the corrections of each epoch, computes it, and sends
-  /// its own corrections to its rovers. Epochs of a receiver must be in order of time and after those of its
-  /// base.
+  /// The epoch loop of runs and hosts' worlds: gets the corrections of an epoch, computes it, and sends its
+  /// own corrections to its rovers. Epochs of a receiver must be in order of time and after its base's.
   /// @param parallel compute epochs of independent receivers on several threads
   void make_epochs(std::span<const DueEpoch> due, bool parallel, const Make& make);
 

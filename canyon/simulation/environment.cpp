@@ -62,8 +62,7 @@ propagation::Arrival Environment::arrival(geodesy::GpsTime time, const Eigen::Ve
 
 namespace {
 
-/// Lifts an antenna up to 0.5 m under the terrain to 1 cm above it: simulators' vehicles sink into the
-/// ground.
+/// Lifts an antenna up to 0.5 m under the terrain to 1 cm above it: simulators' vehicles sink in.
 std::optional<Eigen::Vector3d> lifted_onto_terrain(const raytrace::RayScene& scene,
                                                    const Eigen::Vector3d& antenna_enu) {
   constexpr double kDeepest_m = 0.5, kClearance_m = 0.01;

@@ -69,8 +69,7 @@ struct AntennaState {
                                                 std::span<const gnss::SatelliteId> satellites,
                                                 const raytrace::RayScene& scene,
                                                 const AntennaState& standpoint);
-/// Sets the traced paths of an arrival. Inside a building or under terrain nothing is traced and every
-/// satellite is blocked.
+/// Sets the traced paths of an arrival. In buildings and under terrain all satellites are blocked, untraced.
 void add_paths(propagation::Arrival& arrival, const Tracer& trace);
 
 /// A city and a sky; either may be shared. Const and thread-safe.
@@ -99,15 +98,13 @@ class Environment {
     return {city_scene_, std::move(sky), std::move(klobuchar)};
   }
 
-  /// A thread-safe propagator over this city. Propagators of equal options share their memory. The
-  /// environment must outlive it.
+  /// A thread-safe propagator over this city; the environment must outlive it. Equal options share memory.
   [[nodiscard]] propagation::Propagator make_propagator(
       const propagation::PropagationOptions& options) const {
     return city_scene_->propagator(options);
   }
 
-  /// make_arrival() of all satellites at an antenna in the city's ENU frame, with their errors, without
-  /// paths.
+  /// make_arrival() of all satellites for an antenna in the city's ENU frame: with errors, without paths.
   [[nodiscard]] propagation::Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu) const;
   /// The same with paths.
   [[nodiscard]] propagation::Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu,

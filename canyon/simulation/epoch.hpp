@@ -23,8 +23,7 @@ struct Epoch {
   Eigen::Vector3d truth_ecef = Eigen::Vector3d::Zero();
   raytrace::Containment containment = raytrace::Containment::Free;
   receiver::ReceiverEpoch observed;
-  /// Disturbed paths of the epoch, in the ENU frame of the city; null: none. Valid only during
-  /// EpochSink::write().
+  /// Disturbed paths, in the city's ENU frame; null: none. Valid only during EpochSink::write().
   const propagation::Arrival* arrival = nullptr;
   /// Names of the active faults, in the order of the timeline.
   std::vector<std::string> faults;

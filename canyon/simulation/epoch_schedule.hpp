@@ -36,10 +36,8 @@ class EpochSchedule {
   [[nodiscard]] std::int64_t at_ns(std::int64_t number) const { return number * interval_ns_ + offset_ns_; }
   /// The instant of the next epoch; one interval after the last epoch if none is left.
   [[nodiscard]] std::int64_t next_ns() const { return at_ns(next_); }
-  /// True if no epoch is left.
   [[nodiscard]] bool over() const { return next_ >= count_; }
 
-  /// Returns the instant of the next epoch, and advances by one.
   std::int64_t take() { return at_ns(next_++); }
   /// Makes this epoch the next one; the first one if `number` is negative.
   void go_to(std::int64_t number) { next_ = std::max<std::int64_t>(0, number); }
@@ -56,9 +54,8 @@ class EpochSchedule {
     if (count_ != kEndless) count_ += next_ - before;
   }
 
-  /// For hosts with their own time steps: true if an epoch is due in the step at `now_ns`, which is the first
-  /// step at or after the epoch's instant. Call it once per step, in order; a time that goes back restarts
-  /// the schedule.
+  /// For hosts with own time steps: true if an epoch is due in the step at `now_ns`, the first step at or
+  /// after the epoch's instant. Call it once per step, in order; a time that goes back restarts the schedule.
   bool step(std::int64_t now_ns) {
     if (now_ns < step_ns_) next_ = 0;
     step_ns_ = now_ns;

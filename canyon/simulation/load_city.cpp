@@ -27,8 +27,7 @@ namespace canyon::simulation {
 
 namespace {
 
-/// Distance from the trajectory within which a scenario reads the tiles of a city model, or keeps the objects
-/// of a large city.
+/// Distance from the trajectory within which city model tiles are read, or objects of a large city kept.
 constexpr double kRouteMargin_m = 1000;
 
 using ReadProgress = std::function<void(std::size_t, std::size_t)>;

@@ -35,8 +35,7 @@ namespace canyon::simulation {
 /// A city without a scenario, at the position of its source: CityConfig::georeference is not applied.
 [[nodiscard]] city::City load_city(const CityConfig& config, std::uint64_t seed = 1);
 
-/// The two halves of load_city(), for many runs of one source: reading, done once, and sampling by each run's
-/// seed.
+/// The two halves of load_city() for many runs of one source: reading once, sampling by each run's seed.
 [[nodiscard]] city::City load_city_source(const CityConfig& config);
 [[nodiscard]] city::City draw_city(city::City source, const Scenario& scenario);
 

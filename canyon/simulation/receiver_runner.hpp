@@ -51,8 +51,7 @@ class ReceiverRunner {
 
   [[nodiscard]] const RunnerConfig& config() const;
   [[nodiscard]] geodesy::GpsTime start() const;
-  /// The instant at a host's time [s] after start(). Throws InputError if the time is not finite or beyond
-  /// 1e9 s.
+  /// The instant at a host's time [s] after start(). InputError for a time not finite or beyond 1e9 s.
   [[nodiscard]] geodesy::GpsTime at(double seconds) const;
   [[nodiscard]] const Environment& environment() const;
   /// In use until observe() builds the next one: of nominal skies once a day.
@@ -72,8 +71,7 @@ class ReceiverRunner {
   void set_config(RunnerConfig config);
   /// Changes only RunnerConfig::rate_hz, the rate of the host's steps, without a restart.
   void set_rate(double rate_hz);
-  /// Throws InputError for options out of range, and if `config` needs coefficients of the ionosphere that
-  /// the sky does not have.
+  /// Throws InputError for options out of range, and for ionosphere coefficients that the sky lacks.
   void check(const RunnerConfig& config) const;
 
   struct Step {
@@ -97,8 +95,7 @@ class ReceiverRunner {
   /// Sets corrections that arrived since the last step, from a receiver or a stream, for the next step.
   void set_corrections(std::shared_ptr<const rtk::Corrections> corrections);
 
-  /// Computes one epoch of an antenna at an unknown position: no signal, no fix; placement is Unknown, the
-  /// true position NaN.
+  /// An epoch of an antenna at an unknown position: no signal, no fix; placement Unknown, true position NaN.
   [[nodiscard]] Step observe_without_pose(geodesy::GpsTime time);
 
   /// Restarts as constructed; faults are those of config() again.

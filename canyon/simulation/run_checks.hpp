@@ -24,8 +24,7 @@ struct RunView {
 };
 /// Checks that the parts of a scenario fit together, and up to two thousand epochs of the trajectory. Returns
 /// warnings of probable mistakes. Throws InputError if a run is impossible: corrections without a sender,
-/// missing coefficients of the ionosphere, a trajectory far from the city or next to the terrain, missing
-/// sensors of a receiver.
+/// missing ionosphere coefficients, a trajectory far from the city or next to the terrain, missing sensors.
 [[nodiscard]] std::vector<std::string> check_run(const RunView& run);
 
 /// A warning if a vehicle moves along its up axis, as a vehicle does that stays level on a slope: a receiver

@@ -75,8 +75,7 @@ struct RunPlan {
 [[nodiscard]] std::vector<std::string> smooth_motion(Scenario& scenario, RunPlan& plan,
                                                      const Environment& environment);
 
-/// The route of a run's whole trajectory over the ground, independent of the computed epochs. Null without a
-/// receiver in streets.
+/// The ground route of a run's whole trajectory, for any computed epochs. Null without a receiver in streets.
 [[nodiscard]] std::shared_ptr<const disturbance::Road> road_of(const Scenario& scenario,
                                                                const Trajectory& trajectory,
                                                                const geodesy::LocalFrame& city);

@@ -39,8 +39,7 @@ void check_sensor(const sdf::ElementPtr& sensor, const std::string& name);
 /// The <gz_frame_id> of a <sensor>, or ignition_frame_id; `otherwise` if it has neither.
 [[nodiscard]] std::string frame_of(const sdf::ElementPtr& sensor, const std::string& otherwise);
 
-/// A new element: `own` plus those children of `defaults` whose names `own` does not have; either may be
-/// null.
+/// A new element: `own` plus the children of `defaults` with names missing in `own`; either may be null.
 [[nodiscard]] sdf::ElementPtr with_defaults(const sdf::ElementPtr& own, const sdf::ElementPtr& defaults);
 
 /// One row per element for docs and tests, the fields first, then their other names.

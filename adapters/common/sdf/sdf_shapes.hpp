@@ -42,8 +42,7 @@ class ShapeFiles {
 void add_shape(LinkShapes& link, const LinkShapes::ShapePose& location, const sdf::Geometry& geometry,
                ShapeFiles* files);
 
-/// The material of a visual, by its script's name, else by its diffuse colour (see material_by_colour());
-/// null: Unknown.
+/// A visual's material, by its script's name, else its diffuse colour (material_by_colour()); null: Unknown.
 [[nodiscard]] city::Material material_of(const sdf::Material* material);
 
 /// Changes if the kind, size, scale, mesh or pose of a shape changes. Ignores contents of files.

@@ -37,7 +37,6 @@ inline constexpr int kEdition = 2;  ///< the latest
 /// The built-in drives. Throws InputError for another edition than 1 and 2.
 [[nodiscard]] const Catalogue& catalogue(int edition = kEdition);
 
-/// A receiver of drives.
 struct BenchReceiver {
   std::string name;     ///< in names of drives
   std::string profile;  ///< a scenario's `profile:`, YAML

@@ -8,7 +8,6 @@
 
 namespace canyon::bench {
 
-/// Header of the table of results.
 [[nodiscard]] std::vector<std::string> result_head();
 [[nodiscard]] std::vector<std::string> result_cells(const Result& result);
 

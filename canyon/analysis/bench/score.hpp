@@ -16,7 +16,6 @@ enum class EventState : std::uint8_t {
   Absent    ///< there is no estimate during it
 };
 
-/// Score of an event in an estimate.
 struct EventScore {
   Event event;
   EventState state = EventState::Scored;
@@ -37,8 +36,7 @@ struct Score {
   std::array<double, 3> within{};  ///< fractions of all times with an error below kWithin_m; absent is not
   double p50_m = kNan, p95_m = kNan, rmse_m = kNan, largest_m = kNan;  ///< ATE; NaN without an estimate
   double rpe_1s_m = kNan, rpe_10s_m = kNan;  ///< RPE: RMS of errors of the displacement in 1 and 10 s
-  /// Mean e' P^-1 e [1], 2 if consistent; fraction inside the 95 % ellipse. A deviation below 1 mm counts as
-  /// 1 mm.
+  /// Mean e' P^-1 e [1], 2 if consistent; fraction inside the 95 % ellipse. Deviations are at least 1 mm.
   std::optional<double> nees, within_95;
   std::optional<double> misleading;  ///< fraction of errors beyond the bound that is exceeded by 1e-4 of them
   std::optional<double> heading_p95_deg;  ///< after the vehicle has moved 10 m
@@ -53,7 +51,6 @@ struct Limits {
   std::array<std::optional<double>, 3> within;
   std::vector<std::string> drives;  ///< drives that they apply to; empty: all
 };
-/// A file of limits.
 struct LimitsFile {
   double recovered_m = 5;  ///< an error below it is a good one
   std::vector<Limits> limits;
@@ -63,7 +60,6 @@ void visit(options::Visitor& v, LimitsFile& file);
 [[nodiscard]] LimitsFile read_limits(const std::filesystem::path& path,
                                      const std::vector<std::string>& drives);
 
-/// Properties of an estimate.
 struct EstimateFacts {
   std::vector<std::string> inputs;  ///< what the estimator reads, of kInputs; empty: not known, perhaps all
   /// 95 % error [m] of the same estimator in the same drive without the fault; empty: that before the event.
@@ -75,14 +71,12 @@ struct EstimateFacts {
 [[nodiscard]] std::vector<std::string> violations(const std::string& drive, const Score& score,
                                                   const std::vector<Limits>& limits);
 
-/// A row of results.
 struct Result {
   std::string drive, estimate;
   int edition = 1;  ///< of the drive
   Score score;
   std::vector<std::string> violations;  ///< of a user's estimate, or the reason why there is none
 };
-/// JSON of all results.
 [[nodiscard]] std::string to_json(const std::vector<Result>& results);
 [[nodiscard]] std::string to_junit(const std::vector<Result>& results);
 

@@ -35,7 +35,6 @@ struct Event {
 /// Data of a drive that an estimator can read.
 inline constexpr const char* kInputs[]{"fixes", "raw", "imu", "wheels"};
 
-/// A drive's folder.
 struct DriveFolder {
   std::filesystem::path folder;
   std::string name;

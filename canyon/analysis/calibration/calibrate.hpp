@@ -40,8 +40,7 @@ struct Estimate {
 
 /// Keys of a profile and their values as YAML.
 using Values = std::map<std::string, std::string>;
-/// Sets keys of a receiver. Throws InputError as the reader of profiles does; `what` names the text in
-/// messages.
+/// Sets keys of a receiver. InputError as from the reader of profiles; `what` names the text in messages.
 void set_values(const Values& values, simulation::ReceiverConfig& receiver,
                 const std::string& what = "calibrated values");
 /// All keys of a receiver and their values.
@@ -61,8 +60,7 @@ struct ProfileHead {
   std::string base;                ///< name of the profile from which it was made
   std::vector<std::string> notes;  ///< lines of comment at the top
 };
-/// The estimated key of the obstacles: the scenario's `shadowing.skyline.obstacle_fraction`, which is not in
-/// profiles.
+/// Estimated key of obstacles: the scenario's `shadowing.skyline.obstacle_fraction`, not in profiles.
 inline constexpr char kSkylineFraction[] = "signal.shadowing.skyline.obstacle_fraction";
 /// A profile: the keys of `receiver` that differ from Canyon's defaults or have an estimate, with their
 /// sources, and unidentified keys as comments. simulation::parse_profile() reads the same receiver back,
@@ -89,16 +87,14 @@ struct Drive {
   std::vector<Facades> facades;  ///< by fraction, ascending; empty: those of `environment` are known
 };
 
-/// Only the epochs [first, first + count) of a recording, with the reported fixes of that time. It contains
-/// nothing of the rest.
+/// Only the epochs [first, first + count) of a recording, with the reported fixes of that time.
 [[nodiscard]] validation::Recording part_of(const validation::Recording& recording, std::size_t first,
                                             std::size_t count);
 
 struct CalibrateOptions {
   int seeds = 3;  ///< simulations of each receiver, with successive seeds from the drive's own on; at least 1
   int threads = 0;  ///< 0: as many as cores
-  /// Called on the calling thread with the task, steps done and steps in all. Exceptions from it end the
-  /// work.
+  /// Called on the calling thread with the task, steps done and steps in all. Its exceptions end the work.
   std::function<void(const std::string&, std::size_t, std::size_t)> progress;
 };
 
@@ -106,8 +102,7 @@ struct Calibration {
   std::vector<Estimate> estimates;
   std::vector<std::string> notes;  ///< estimates that a profile cannot contain, one line each
   Values values;                   ///< keys of the profile that are set
-  /// Fraction of buildings with coated glass: of the city, not of the profile. Empty if the scenarios set
-  /// their facades.
+  /// Fraction of buildings with coated glass, of the city, not the profile. Empty if scenarios set facades.
   std::optional<Estimate> coated_glass;
 
   /// Adds an estimate of a profile's key; sets the key if it is Fitted.

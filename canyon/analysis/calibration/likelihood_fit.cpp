@@ -21,13 +21,11 @@ using Verdict = Estimate::Verdict;
 
 /// The first axis belongs to the city, the others are keys of a profile.
 constexpr std::size_t kAxes = 3, kFacades = 0;
-/// Prior mean of the fraction of buildings with coated glass, and its deviation: urban_stock has 0.14
-/// (docs/city.md).
+/// Prior mean and deviation of the fraction of buildings with coated glass; urban_stock: 0.14 (docs/city.md).
 constexpr double kCoatedGlass = 0.14, kCoatedGlassDeviation = 0.2;
 /// Simulated epochs in memory at a time: about 300 MB.
 constexpr std::size_t kEpochsAtOnce = 60'000;
-/// Time [s] over which the observations of one satellite count as one, since obstacles and model errors are
-/// correlated.
+/// Time [s] over which a satellite's observations count as one: obstacles and model errors are correlated.
 constexpr double kCorrelated_s = 60;
 /// A key is not identified if the observations move the prior by less than this fraction of its deviation.
 constexpr double kMoved = 0.1;
@@ -190,7 +188,6 @@ double log_likelihood(const Counts& recorded, const Counts& model, double weight
   return weight * sum;
 }
 
-/// The posterior of the axes.
 struct Posterior {
   Point mean{}, sigma{};
 };

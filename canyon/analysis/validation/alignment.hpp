@@ -26,7 +26,6 @@ struct AlignOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, AlignOptions& o);
 
 /// The city's best fit to a recording: the move that best separates the city's LOS and NLOS by C/N0 and by

@@ -30,14 +30,12 @@ struct ListedRecording {
   bool align_heading = false;                 ///< also align its heading; only with `align`
   std::optional<double> split;                ///< fraction of epochs of the first part, (0, 1)
 };
-/// Visits its fields.
 void visit(options::Visitor& v, ListedRecording& r);
 
 /// The recordings that `canyon validate LIST.yaml` evaluates: 1 to 50.
 struct RecordingList {
   std::vector<ListedRecording> recordings;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, RecordingList& list);
 
 /// Whether a YAML file is such a list, not a scenario: it has the key `recordings`. False if it is not YAML.

@@ -20,8 +20,7 @@ namespace {
 using geodesy::kSpeedOfLight;
 using gnss::System;
 
-/// Mask and atmosphere are applied once the position is known this well: Newton's next error is then about 5
-/// m, 1e-6 rad of elevation.
+/// Mask and atmosphere apply from this accuracy on: Newton's next error is about 5 m, 1e-6 rad of elevation.
 constexpr double kPositionKnown_m = 1e4;
 /// Mask and atmosphere are updated after this motion: delays change by 1e-8 m over it.
 constexpr double kLookedUp_m = 0.01;
@@ -405,8 +404,7 @@ class Solver {
     rates = robust;
   }
 
-  /// Velocity and clock drift by the Dopplers of the used satellites, without those that contradict the
-  /// others if RAIM's global test fails.
+  /// Velocity and clock drift by Dopplers of used satellites; if RAIM's global test fails, without outliers.
   void solve_velocity(Fix& fix, const Eigen::Matrix3d& enu_from_ecef) const {
     const auto contradict = [this](const Rates& by) {
       const int n = by.redundancy();

@@ -18,9 +18,8 @@
 
 namespace canyon::positioning {
 
-/// A receiver's measurement of one signal of a satellite, or of a combination of two. In a fix it refers to
-/// the signal near L1: for another signal the caller subtracts the difference of group delays from the
-/// pseudorange.
+/// A measurement of one signal of a satellite, or of a combination of two. In a fix it refers to the signal
+/// near L1: for another signal the caller subtracts the difference of group delays from the pseudorange.
 struct Measurement {
   gnss::SatelliteId id;
   double pseudorange_m =
@@ -32,8 +31,7 @@ struct Measurement {
   double sigma_m = 1;             ///< standard deviation, for the solver's weights and covariances; > 0
   double doppler_sigma_hz = 0.1;  ///< likewise, of the Doppler; > 0
   std::optional<double> cn0_dbhz;
-  /// Accumulated since the channel's lock [cycles], growing with the pseudorange (RINEX's sign); empty while
-  /// no phase is tracked.
+  /// Since the channel's lock [cycles], growing with the pseudorange (RINEX's sign); empty without a phase.
   std::optional<double> carrier_phase_cycles;
   double carrier_phase_sigma_cycles = 0;  ///< standard deviation
   /// Start of the phase's continuity; a later instant than at the previous epoch is a cycle slip.
@@ -113,8 +111,7 @@ enum class FusionPhase : std::uint8_t {
 /// The state, except the position, of a receiver with the vehicle's sensors (DeadReckoning).
 struct Fusion {
   FusionPhase phase = FusionPhase::Initialising;
-  /// The vehicle's heading from north clockwise, [0, 2 pi), nose up, left side up. Undefined while
-  /// initialising.
+  /// Heading from north clockwise, [0, 2 pi), nose up, left side up. Undefined while initialising.
   double heading_rad = 0, pitch_rad = 0, roll_rad = 0;
   double heading_sigma_rad = 0;  ///< standard deviation
   bool is_stationary = false;
@@ -218,9 +215,8 @@ struct RangedSatellite;
                             const std::map<gnss::System, gnss::Klobuchar>& klobuchar,
                             const Eigen::Vector3d& start);
 
-/// The solve_fix() outputs at a position from another method (ECEF, finite): clocks, residuals, DOP,
-/// covariance and velocity of the satellites that its RAIM keeps. No fix if these do not determine a
-/// position.
+/// The solve_fix() outputs at another method's position (ECEF, finite): clocks, residuals, DOP, covariance
+/// and velocity of the satellites that its RAIM keeps. No fix if these do not determine a position.
 [[nodiscard]] Fix fix_at(const Eigen::Vector3d& point, geodesy::GpsTime receiver_time,
                          const std::vector<Measurement>& measurements, const orbit::Sky& sky,
                          const FixOptions& options, const std::map<gnss::System, gnss::Klobuchar>& klobuchar);

@@ -87,7 +87,6 @@ class LeastSquares {
   LeastSquares() = default;
   /// @param a rows x unknowns
   explicit LeastSquares(const Design& a) { compute(a); }
-  /// @param a rows x unknowns
   void compute(const Design& a) { qr_.compute(a); }
   [[nodiscard]] Eigen::Index unknowns() const { return qr_.cols(); }
   /// Number of pivots above `threshold` of the largest.

@@ -106,9 +106,8 @@ double excess_of_innovations(const FilterState& filter, const FilterEpoch& epoch
   return excess_variance(squares, redundancy);
 }
 
-/// A filter with the information of the fix's satellites, correlations of position and clocks included: their
-/// measurements applied at the fix's position, starting from (nearly) no information. Empty if they are not
-/// among the measurements.
+/// A filter with the information of the fix's satellites, correlations included: their measurements applied
+/// at the fix's position, from (nearly) no information. Empty if they are not among the measurements.
 std::optional<FilterState> begin(FilterEpoch& epoch, const Fix& fix, const FixOptions& options,
                                  const PositionFilterOptions& filter_options,
                                  const std::map<System, gnss::Klobuchar>& klobuchar) {

@@ -12,12 +12,11 @@
 
 namespace canyon::positioning {
 
-/// One receiver's filter; deterministic. Epochs in order of time.
-///
-/// An epoch's pseudoranges are processed one by one, nearest to their median innovation first, each against
-/// the gate of the current state; then the Dopplers of the accepted ones. A common innovation of more than 1
-/// km is a step of the receiver's clock: a whole number of milliseconds is added to the clocks, any other
-/// step makes them unknown. Satellites below the masks are left out; RAIM and max_pdop apply to the fix only.
+/// One receiver's filter; deterministic. Epochs in order of time. An epoch's pseudoranges are processed one
+/// by one, nearest to their median innovation first, each against the gate of the current state; then the
+/// Dopplers of the accepted ones. A common innovation of more than 1 km is a step of the receiver's clock: a
+/// whole number of milliseconds is added to the clocks, any other step makes them unknown. Satellites below
+/// the masks are left out; RAIM and max_pdop apply to the fix only.
 ///
 /// The covariance is that of white measurement errors and the options' dynamics; correlated errors (multipath
 /// at rest, correlated noise) average out more slowly.

@@ -106,8 +106,7 @@ struct PositionFilterOptions {
   /// Hwang, Introduction to Random Signals and Applied Kalman Filtering, 4th ed., 9.3, p. 327).
   double clock_frequency_density = 1e-19;
   double clock_drift_density = 4e-19;
-  /// After this time without an accepted measurement, or with most satellites failing the gate, the filter
-  /// restarts [s], (0, 3600].
+  /// Restart after this time without an accepted measurement, or with most failing the gate [s], (0, 3600].
   double coast_s = 5;
   /// Positions with a larger standard deviation (root of the sum of the three variances) [m] are rejected,
   /// also as a start; > 0, infinite: none is.

@@ -79,10 +79,9 @@ struct Clocks {
 /// any initial flight time: each leaves 1e-5 of the last one's error.
 void update_satellite_geometry(RangedSatellite& satellite, const Eigen::Vector3d& receiver_ecef);
 
-/// Mask, atmosphere and elevation weights at `receiver_ecef`, after update_satellite_geometry().
+/// Mask, atmosphere and elevation weights at `receiver_ecef`, after update_satellite_geometry(). Throws
+/// InputError if options.correct_ionosphere lacks coefficients.
 /// @param looks number of earlier iterations. After three a masked satellite stays out, for convergence.
-///
-/// Throws InputError if options.correct_ionosphere lacks coefficients.
 void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& receiver_ecef,
              geodesy::GpsTime receiver_time, const FixOptions& options,
              const std::map<gnss::System, gnss::Klobuchar>& klobuchar, int looks = 0);

@@ -56,8 +56,7 @@ double troposphere_m(const RangeState& s) {
   return s.view->space ? s.view->space->troposphere_m : modelled_m(model_state(s), false, true);
 }
 
-/// Rate of a delay by the models, by central differences over a second. @param delay_m at a nearby position,
-/// in a direction
+/// Rate of a modelled delay: central differences over 1 s. @param delay_m at a nearby position and direction
 template <typename Delay>
 double central_mps(const RangeState& s, const Delay& delay_m) {
   return delay_m(*s.after, s.looks[1]) - delay_m(*s.before, s.looks[0]);

@@ -13,8 +13,7 @@
 
 namespace canyon::rtcm {
 
-// RTCM 10403.3, Differential GNSS Services, version 3. Signs, fields and tables are named by its DF numbers
-// and tables.
+// RTCM 10403.3, Differential GNSS Services, version 3. Signs, fields and tables have its (DF) numbers.
 /// A message with its frame (4.2): preamble D3, 6 reserved bits, length, the message padded to whole bytes,
 /// CRC-24Q. Precondition: at most 1,023 bytes.
 [[nodiscard]] std::string frame(const broadcast::Bits& message);

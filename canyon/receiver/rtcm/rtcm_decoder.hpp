@@ -45,7 +45,6 @@ struct PartialRange {
 /// thirds of them, agree on it: position or ephemerides are wrong then.
 [[nodiscard]] std::vector<std::optional<double>> whole_milliseconds(const std::vector<PartialRange>& ranges);
 
-/// Counts of a decoder so far.
 struct DecoderStatus {
   std::map<int, std::uint64_t> messages;          ///< by number, with a right checksum
   std::map<int, std::uint64_t> messages_unread;   ///< the part of `messages` that the decoder does not read

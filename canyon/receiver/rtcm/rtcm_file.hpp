@@ -6,7 +6,6 @@
 
 namespace canyon::rtcm {
 
-/// Contents of a file.
 struct RtcmCorrections {
   CorrectionsDecoder::Epochs epochs;
   DecoderStatus status;

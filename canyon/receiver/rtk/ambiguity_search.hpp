@@ -12,7 +12,6 @@
 
 namespace canyon::rtk {
 
-/// Result of an integer ambiguity search.
 struct AmbiguitySolution {
   Eigen::Vector3d position_error = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();

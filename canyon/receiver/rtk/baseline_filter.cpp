@@ -34,8 +34,7 @@ constexpr double kCodeTime_s = 1;
 
 /// A position with a larger deviation [m] restarts from a fix.
 constexpr double kLostPosition_m = 100;
-/// A phase that was not measured for this time has slipped [s]; if epochs are farther apart, one that was
-/// missing at the last epoch.
+/// A phase not measured for this time has slipped [s]; at longer epochs, one missing at the last epoch.
 constexpr double kPhaseGap_s = 5, kPhaseGap_epochs = 1.5;
 /// Clocks of receivers differ by milliseconds [s].
 constexpr double kAhead_s = 1;

@@ -33,8 +33,7 @@ using Groups = std::map<const gnss::Signal*, std::vector<std::size_t>>;
 [[nodiscard]] Groups groups_of(const std::vector<Difference>& differences);
 
 /// A Kalman filter of one baseline: position, velocity, ambiguities and delays from differences of rover and
-/// base, and integer ambiguities. RtkFilter's doc comment has the equations. Epochs in order of time; copies
-/// are independent.
+/// base, and integer ambiguities (equations: RtkFilter). Epochs in order of time; copies are independent.
 class BaselineFilter {
  public:
   /// @param masks elevation and C/N0 masks @param max_age_s largest age of the base's epoch [s]. Throws
@@ -79,8 +78,7 @@ class BaselineFilter {
 
   // --- observations
 
-  /// Differences of a group, sorted by the distance of their innovation from the median, which becomes the
-  /// clock.
+  /// Differences of a group, sorted by distance of their innovation from the median, which becomes the clock.
   std::vector<std::size_t> ordered(const std::vector<std::size_t>& group, bool phase);
   void take_codes();
   /// Movement of phases minus codes since the start of their ambiguities [m]: codes of some receivers jump by

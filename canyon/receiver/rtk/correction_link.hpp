@@ -19,7 +19,6 @@
 
 namespace canyon::rtk {
 
-/// A receiver's measurement of one signal.
 struct SignalMeasurement {
   const gnss::Signal* signal = nullptr;  ///< of gnss::signals_of()
   positioning::Measurement measurement;
@@ -83,8 +82,7 @@ struct CorrectionOptions {
 void visit(options::Visitor& v, CorrectionOptions& o);
 /// Prefix of addresses of ROS 2 topics: "topic:NAME".
 inline constexpr std::string_view kTopicAddress = "topic:";
-/// Whether CorrectionOptions::from is an address: "ntrip://...", "tcp-connect://...", "serial:...",
-/// "topic:...".
+/// Whether `from` is an address: "ntrip://...", "tcp-connect://...", "serial:...", "topic:...".
 [[nodiscard]] bool is_stream(const std::string& from);
 
 /// Link that carries corrections from a base to one receiver. Equal options and seed give equal losses.
@@ -93,8 +91,7 @@ class CorrectionLink {
   /// @param name of the receiver, makes its random stream distinct
   CorrectionLink(CorrectionOptions options, std::uint64_t seed, const std::string& name);
 
-  /// Sends the base's epoch at `time`. @param receiver_ecef the receiver's position then [m]; empty: unknown,
-  /// in range
+  /// Sends the base's epoch. @param receiver_ecef the receiver's position then [m]; empty: unknown, in range
   void send(geodesy::GpsTime time, std::shared_ptr<const Corrections> corrections,
             const std::optional<Eigen::Vector3d>& receiver_ecef);
   /// The newest epoch that arrived by `time` and was not returned before; null: none.

@@ -70,8 +70,7 @@ struct Basis {
         --j;
         continue;
       }
-      // Only the element of L next to the diagonal determines an exchange: the others are reduced once they
-      // are large.
+      // Only the element of L next to the diagonal determines an exchange: others are reduced once large.
       reduce(j + 1, j);
       const Index below = l.rows() - j - 2;
       if (below > 0 && l.col(j).tail(below).cwiseAbs().maxCoeff() > kLargeMultiple)
@@ -107,8 +106,7 @@ class Search {
     levels_.resize(static_cast<std::size_t>(n_));
   }
 
-  /// Sequential rounding, and variants with one integer replaced by its neighbour: two of these are mostly
-  /// the nearest.
+  /// Sequential rounding, and variants with one integer moved to its neighbour: two are mostly the nearest.
   void begin() {
     for (Index other = -1; other < n_; ++other) {
       Index k = other < 0 ? n_ - 1 : other;
@@ -136,8 +134,7 @@ class Search {
     }
   }
 
-  /// Visits all within the second best distance and the highest ratio times the best; false after
-  /// `max_nodes`.
+  /// Visits all within the second best distance and highest ratio times the best; false after `max_nodes`.
   bool run(int max_nodes, RatioLimits ratios) {
     distance[1] = std::min(distance[1], ratios.highest * distance[0]);
     // If the two nearest so far are too close to each other, only a much nearer one helps.

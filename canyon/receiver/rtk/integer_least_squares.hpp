@@ -59,8 +59,7 @@ struct Decorrelation {
 
 /// Range in which the ratio of the second best distance to the best is exact.
 struct RatioLimits {
-  /// 1 or more. A lower ratio need not be exact, nor the two vectors the nearest: the true ratio is lower
-  /// too.
+  /// 1 or more. A lower ratio need not be exact, nor the two vectors nearest: the true ratio is lower too.
   double lowest = 1;
   /// Above `lowest`. A second vector beyond it is not searched: second_distance is then that bound, and
   /// `second` one of the vectors beyond.

@@ -13,8 +13,7 @@
 
 namespace canyon::rtk {
 
-/// Divergence of satellite clocks and ionosphere over the age of the base's epoch [m/s]: RTKLIB's
-/// stats-clkstab, 5e-12 s/s.
+/// Divergence of satellite clocks and ionosphere over the base's age [m/s]: RTKLIB stats-clkstab, 5e-12 s/s.
 inline constexpr double kAgeing_mps = 1.5e-3;
 
 /// Use of fixed integer ambiguities.

@@ -30,7 +30,6 @@ using SpectrumValues = std::vector<std::pair<propagation::Spectrum, double>>;
 /// The common part of one receiver's channels: options, phases of paths, a code loop for each kind of signal.
 class ChannelModel {
  public:
-  /// One kind of signal in this receiver.
   struct Kind {
     std::shared_ptr<const CodeTracker> tracker;
     double peak_power = 1;       ///< R(0)^2: power of the prompt correlator on a path of power 1
@@ -46,8 +45,7 @@ class ChannelModel {
 
   [[nodiscard]] const SignalOptions& options() const { return options_; }
   [[nodiscard]] const PathPhases& phases() const { return phases_; }
-  /// Created at its first use. InputError if its correlators are too far apart for the signal, naming system
-  /// and signal.
+  /// Created at first use. InputError, naming system and signal, if its correlators are too far apart for it.
   [[nodiscard]] const Kind& kind(const gnss::Signal& signal) { return mutable_kind(signal); }
   /// C/N0 [dB-Hz] of a signal in a clear line of sight: link budget and offset_db().
   [[nodiscard]] double clear_cn0_dbhz(const gnss::Signal& signal, double elevation_rad,
@@ -146,7 +144,6 @@ class Channel {
 
   [[nodiscard]] const gnss::Signal& signal() const { return *signal_; }
 
-  /// As SignalLock::search_for().
   void search_for(double seconds) { lock_.search_for(seconds); }
 
   /// Processes the paths of this channel's satellite at motion.time, after the last call.

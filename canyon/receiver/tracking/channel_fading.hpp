@@ -36,9 +36,8 @@ class PathPhases {
   return -excess_rate_mps / wavelength_m;
 }
 
-/// Distance [wavelengths] over which the autocorrelation of a diffuse cluster's amplitude falls to 1/e: J0(2
-/// pi d / wavelength) = 1/e, for waves from all around (R. H. Clarke, Bell System Technical Journal 47(6),
-/// 1968).
+/// Distance [wavelengths] at which the autocorrelation of a diffuse cluster's amplitude is 1/e: J0(2 pi d /
+/// wavelength) = 1/e, for waves from all around (R. H. Clarke, Bell System Technical Journal 47(6), 1968).
 inline constexpr double kCoherenceWavelengths = 0.27884;
 
 /// A process of unit power with autocorrelation Re[e^(-s |tau|)], s = 1/tau_c - j 2 pi f: a cluster of waves
@@ -68,9 +67,8 @@ struct ClusterWeight {
 [[nodiscard]] ClusterWeight cluster_weight(std::complex<double> s_per_s, double loop_bandwidth_hz,
                                            double integration_s);
 
-/// Random factors of one satellite's paths, kept while a path exists: of a mirror e^(j phi0) (PathPhases); of
-/// a diffuse cluster a complex Gaussian of mean power 1 (Rayleigh amplitude), a Gauss-Markov process over the
-/// antenna's motion.
+/// Random factors of a satellite's paths while they exist: of a mirror e^(j phi0) (PathPhases); of a diffuse
+/// cluster a complex Gaussian of mean power 1 (Rayleigh amplitude), Gauss-Markov over the antenna's motion.
 class PathFades {
  public:
   /// @param satellite "G05"; `stream` is used for clusters only

@@ -43,9 +43,8 @@ class IdealImu {
 
   /// The state at the time `index` step_s, `index` at least 0.
   [[nodiscard]] ImuState at(std::int64_t index);
-  /// Means over an interval, as integrating sensors output them. Specific force: by Simpson's rule, with an
-  /// error of the fourth order of the step. Rate: by the rotations between attitudes, so that they add up to
-  /// the attitude.
+  /// Means over an interval, as of integrating sensors. Specific force: by Simpson's rule, with an error of
+  /// the fourth order of the step. Rate: by the rotations between attitudes, so that they add up to it.
   /// @param to an even number of steps after `from`
   [[nodiscard]] ImuInput mean(std::int64_t from, std::int64_t to);
 
@@ -89,7 +88,6 @@ class Vibrations {
   std::vector<Line> lines_;
 };
 
-/// Three independent standard normal numbers.
 [[nodiscard]] Eigen::Vector3d three_normals(RandomStream& random);
 
 /// The 1/f noise of three axes: a sum of Gauss-Markov processes with equal deviations, whose time constants
@@ -99,7 +97,6 @@ class FlickerNoise {
  public:
   /// @param floor its Allan deviation
   FlickerNoise(double floor, RandomStream& random);
-  /// The value `dt_s` later.
   [[nodiscard]] Eigen::Vector3d next(double dt_s, RandomStream& random);
 
  private:
@@ -135,8 +132,7 @@ struct ImuSample {
   double temperature_k = 0;  ///< of the sensor
 };
 
-/// An inertial measurement unit with the errors of its numbers, on a vehicle that vibrates. The same seed and
-/// name give the same errors.
+/// An inertial measurement unit with its errors, on a vibrating vehicle. Seed and name determine the errors.
 class Imu {
  public:
   Imu(const ImuOptions& options, std::uint64_t seed, std::string_view name = "imu");

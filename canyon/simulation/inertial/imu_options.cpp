@@ -21,8 +21,7 @@ constexpr const char* kPerKelvin = "standard deviation of the bias per K of the 
 constexpr const char* kScalePerKelvin =
     "standard deviation of the scale factor per K of the sensor over 25 deg C";
 
-/// Visits the fields of a sensor's numbers, or returns their values: those of the options, or if empty those
-/// of the profile.
+/// Visits the fields of a sensor's numbers, or returns their values: the options', if empty the profile's.
 struct NumbersOf {
   options::Visitor* fields;  ///< null: values are returned
   ImuProfile profile;

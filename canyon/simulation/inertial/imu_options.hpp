@@ -25,8 +25,7 @@ struct SensorOrientation {
 void visit_axes(options::Visitor& v, ImuAxes& axes);
 void visit_orientation(options::Visitor& v, SensorOrientation& orientation);
 
-/// Errors of three gyroscopes; empty: from the profile. Numbers that differ between axes are given as
-/// standard deviations.
+/// Errors of three gyroscopes; empty: from the profile. Numbers that differ by axis: standard deviations.
 struct GyroscopeOptions {
   std::optional<double> angle_random_walk_deg_sqrt_h;   ///< white noise of the rate
   std::optional<double> bias_instability_deg_h;         ///< lowest Allan deviation
@@ -57,8 +56,7 @@ struct ImuTemperatureOptions {
   double warming_time_s = 300;  ///< time constant of that, [1, 100000]
 };
 
-/// A vibration of the sensor by rotors, an engine or a road: a narrow band on each axis, with independent
-/// phases.
+/// Vibration by rotors, an engine or a road: a narrow band on each axis, with independent phases.
 struct VibrationOptions {
   double frequency_hz = 100;     ///< (0, 100,000]
   double bandwidth_hz = 0;       ///< full width at half the power, [0, 1000]; 0: a sinusoid

@@ -12,8 +12,7 @@ namespace canyon::inertial {
 /// Models of sensors. They set the numbers that are not given; docs/imu.md has their sources.
 enum class BarometerProfile : std::uint8_t { Ideal, Ms5611, Bmp388 };
 
-/// A pressure sensor and the surrounding air, by default a calm day of the standard atmosphere. Empty
-/// numbers: from the profile.
+/// A pressure sensor and the air, by default a calm standard atmosphere. Empty numbers: from the profile.
 struct BarometerOptions {
   BarometerProfile profile = BarometerProfile::Ms5611;
   double rate_hz = 25;                                   ///< samples, [0.1, 1000]
@@ -83,7 +82,6 @@ struct SensorOptions {
   std::optional<MagnetometerOptions> magnetometer;
 
   [[nodiscard]] bool any() const { return needs_smooth_motion() || barometer || magnetometer; }
-  /// True if a sensor needs a smooth motion.
   [[nodiscard]] bool needs_smooth_motion() const { return imu || wheels; }
 };
 

@@ -43,7 +43,6 @@ class Barometer {
   /// The next sample, of the air at `t_s` since the start of the run.
   /// @param height_m of the sensor above mean sea level
   [[nodiscard]] Pressure measure(double height_m, double speed_mps, double t_s);
-  /// The air at a height at `t_s`.
   [[nodiscard]] Air air(double height_m, double t_s) const;
 
  private:

@@ -67,7 +67,6 @@ const std::array<Row, kQuantities> kRows{
      {"y", "pos_y", kLengths, "of ECEF y"},
      {"z", "pos_z", kLengths, "of ECEF z"}}};
 
-/// A column that is read.
 struct Column {
   std::size_t index = 0;
   std::string name;
@@ -139,8 +138,7 @@ std::string_view without_mark(std::string_view line) {
   return is_skipped(line) ? line.substr(std::min(at, line.size())) : line;
 }
 
-/// Semicolons or tabs if there are any: commas may then be decimal points; blanks if there is no other
-/// separator.
+/// Semicolons or tabs if any: commas may then be decimal points; blanks if there is no other separator.
 char separator_of(std::string_view line) {
   for (const char separator : {';', '\t', ','})
     if (line.find(separator) != std::string_view::npos) return separator;

@@ -185,8 +185,7 @@ GpsTime midnight_of(GpsTime t) {
   return midnight_of(date.year, date.month, date.day);
 }
 
-/// The date of a valid RMC, or of a ZDA. An invalid RMC has the receiver's date before its first fix, which
-/// may be wrong.
+/// The date of a valid RMC, or of a ZDA. An invalid RMC may have a wrong date, from before the first fix.
 std::optional<Report> read_date(const RecordAt& at, const Sentence& sentence) {
   std::array<std::string_view, 3> text;  // day, month, year
   if (sentence.is("RMC")) {

@@ -26,8 +26,7 @@ struct Pose {
   [[nodiscard]] Eigen::Vector3d up_enu() const;
 };
 
-/// Whether a pose is finite, within 10,000 km of the city's origin and not faster than 1000 km/s. Receivers
-/// reject other poses.
+/// Whether a pose is finite, within 10,000 km of the city's origin, at most 1000 km/s; others are rejected.
 [[nodiscard]] bool is_possible(const Pose& pose, const geodesy::LocalFrame& city);
 /// If no real vehicle can have this height above the ellipsoid [m] and this speed [m/s], the reason with the
 /// number: below -1 km, above 100 km, or faster than 1,000 m/s. Else empty.
@@ -60,8 +59,7 @@ struct RigidPose {
 /// Two poses that need a higher speed are a jump.
 constexpr double kTeleport_mps = 1000;
 /// `to`, with the velocities that lead to it from another pose in `seconds` > 0, in the frame of the poses:
-/// along a straight line, about one axis, by the smaller angle. Both are zero for jumps faster than
-/// kTeleport_mps.
+/// along a straight line, about one axis, by the smaller angle. Zero for jumps faster than kTeleport_mps.
 [[nodiscard]] RigidPose motion_between(const RigidPose& from, const RigidPose& to, double seconds);
 /// A body `seconds` later (or earlier, if negative) with the same velocities.
 [[nodiscard]] RigidPose moved_on(const RigidPose& body, double seconds);

@@ -12,7 +12,6 @@
 
 namespace canyon::simulation {
 
-/// A pose as received.
 struct ReportedPose {
   RigidPose pose;
   double stamp_s = 0;  ///< by the sender's clock; ignored if that clock does not advance
@@ -86,8 +85,7 @@ class PoseInbox {
 
   /// Any thread. Returns a message if the pose is not valid, the first time only; else an empty text.
   [[nodiscard]] std::string take(const RigidPose& pose, double stamp_s);
-  /// Sets the host's time, in every step. A pose's age is measured by it, since its stamp may be of another
-  /// clock.
+  /// Sets the host's time, in every step. It measures a pose's age, whose stamp may be of another clock.
   void step(std::int64_t now_ns) { now_ns_ = now_ns; }
   /// As PoseTrack::at().
   [[nodiscard]] std::optional<RigidPose> at(std::int64_t now_ns, std::string& reason);

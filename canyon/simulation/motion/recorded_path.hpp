@@ -14,8 +14,7 @@
 
 namespace canyon::simulation {
 
-/// Common parts of the readers of recorded paths.
-/// A position with its time.
+// Common parts of the readers of recorded paths.
 struct RecordedPoint {
   geodesy::GpsTime time;
   geodesy::Geodetic position;
@@ -85,8 +84,7 @@ void guard_record(ReadReport& report, const Read& read) {
 [[nodiscard]] constexpr bool is_null_island(double latitude_deg, double longitude_deg) {
   return latitude_deg == 0 && longitude_deg == 0;
 }
-/// Degrees as a position of height 0; an InputError for values beyond 90 and 180 deg, NoValue if
-/// is_null_island().
+/// Degrees as a position of height 0; InputError beyond 90 and 180 deg, NoValue if is_null_island().
 [[nodiscard]] geodesy::Geodetic position_of(const RecordAt& at, double latitude_deg, double longitude_deg);
 /// Whether this is a possible distance of a vehicle from the Earth's centre [m].
 [[nodiscard]] constexpr bool is_radius(double radius_m) {
@@ -99,8 +97,7 @@ void guard_record(ReadReport& report, const Read& read) {
 /// An instant by the full GPS week and the seconds in it, checked by set_time(); an InputError for a fraction
 /// of a week, weeks from 10,000 on, and seconds outside the week.
 [[nodiscard]] geodesy::GpsTime time_of_week(const RecordAt& at, double week, double tow_s);
-/// parse_simulated_time() and set_time(), with a note if the text has no time zone and an InputError at the
-/// record's line.
+/// parse_simulated_time() and set_time(); a note if it has no time zone, an InputError at the record's line.
 [[nodiscard]] geodesy::GpsTime time_of_text(const RecordAt& at, std::string_view text);
 /// Adds the city's undulation to a height above sea level and notes it. @param of "height above sea level"
 [[nodiscard]] double from_sea_level(const RecordAt& at, double height_m, std::string_view of,

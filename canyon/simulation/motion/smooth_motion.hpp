@@ -38,12 +38,11 @@ struct MotionKnot {
 };
 
 /// A motion whose acceleration is continuous and twice differentiable, in a Cartesian frame: segments of
-/// movement with rest between them.
-///
-/// Each segment is a function of time that is averaged twice over kBox_s, then approximated by a B-spline
-/// with knots kStep_s apart. These are means over time with non-negative weights. So speed and acceleration
-/// do not exceed those of the function, and the jerk is at most the largest step of its acceleration over
-/// kBox_s. The path cuts a corner of acceleration a by up to kVariance_s2 a / 2. Immutable, thread-safe.
+/// movement with rest between them. Each segment is a function of time that is averaged twice over kBox_s,
+/// then approximated by a B-spline with knots kStep_s apart. These are means over time with non-negative
+/// weights. So speed and acceleration do not exceed those of the function, and the jerk is at most the
+/// largest step of its acceleration over kBox_s. The path cuts a corner of acceleration a by up to
+/// kVariance_s2 a / 2. Immutable, thread-safe.
 class SmoothMotion {
  public:
   static constexpr double kStep_s = 0.1;

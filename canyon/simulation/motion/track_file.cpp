@@ -24,7 +24,6 @@ namespace {
 using geodesy::Geodetic;
 using geodesy::GpsTime;
 
-/// A point as read from a file.
 struct TrackPoint {
   int line = 0;
   Geodetic position;               ///< its height is not set

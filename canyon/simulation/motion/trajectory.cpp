@@ -134,8 +134,7 @@ struct Trajectory::Track {
   [[nodiscard]] Eigen::Vector3d chord_velocity(std::size_t segment) const {
     return (positions[segment + 1] - positions[segment]) / spacing(segment);
   }
-  // Derivative at each sample of the parabola through it and its neighbours; one-sided next to a straight gap
-  // and at the ends.
+  // Derivative of the parabola through a sample and its neighbours; one-sided at straight gaps and ends.
   void set_velocities() {
     const std::size_t n = positions.size();
     if (all_straight || n < 2) return;

@@ -74,8 +74,7 @@ class Trajectory {
   [[nodiscard]] std::vector<std::pair<geodesy::GpsTime, geodesy::GpsTime>> pauses() const;
   /// Whether an instant is in [begin, end] and not inside a pause.
   [[nodiscard]] bool covers(geodesy::GpsTime t) const;
-  /// The same path with Pose::roll_rad and pitch_rad of this kind of vehicle; yaw stays the direction of
-  /// travel.
+  /// The same path with Pose::roll_rad and pitch_rad of this vehicle kind; yaw stays the direction of travel.
   [[nodiscard]] Trajectory with_attitude(Attitude attitude) const;
   /// Whether it is a SmoothMotion, or at rest: its acceleration is continuous.
   [[nodiscard]] bool smooth() const;
@@ -99,8 +98,7 @@ struct TrajectoryFile {
 /// How to interpret heights of a file.
 struct HeightReading {
   bool needed = true;  ///< false: terrain heights will replace them, and positions without a height are kept
-  /// Added to heights above sea level if the file has no undulation [m]; 0: not known, heights are taken as
-  /// ellipsoidal.
+  /// Added to heights above sea level if the file has no undulation [m]; 0: unknown, heights are ellipsoidal.
   double geoid_undulation_m = 0;
 };
 /// Maps a quantity of a path to its column's name in a CSV file, with its unit (csv_quantities()).

@@ -39,8 +39,7 @@ class VehicleDrive {
   /// The pose at finite `seconds` of the world's time. Before the begin and after the end, unless it loops,
   /// the vehicle is stationary at its first or last position.
   [[nodiscard]] DrivePose at(double seconds) const;
-  /// First time at which the vehicle is at its last position [s of the world's time]; with `loop` the period,
-  /// counted from begin_s().
+  /// First world time at the last position [s]; with `loop` the period, counted from begin_s().
   [[nodiscard]] double end_s() const { return end_s_; }
   [[nodiscard]] double begin_s() const { return begin_s_; }
 

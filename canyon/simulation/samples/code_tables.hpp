@@ -162,8 +162,7 @@ inline constexpr GalileoCodes kGalileoCodes[]{
     {013277, 025411, 012017, 031024, "9810A7A898961263A0F749F56", "64310BAD8EB5B36E38646AF01"},
 };
 
-/// BDS-SIS-ICD-B1I-3.0, B1C-1.0, B2a-1.0, B2b-1.0 and B3I-1.0. Starts of register 2: the leftmost bit is
-/// stage 1.
+/// BDS-SIS-ICD-B1I-3.0, B1C-1.0, B2a-1.0, B2b-1.0, B3I-1.0. Starts of register 2: leftmost bit is stage 1.
 struct BeiDouCodes {
   std::uint8_t b1i[3];  ///< stages of G2 that are added; 0: none
   WeilCode b1c_data, b1c_pilot, b1c_secondary;

@@ -46,9 +46,8 @@ class CorrelationRecord final : public simulation::EpochSink {
     double bandwidth_hz = std::numeric_limits<double>::infinity();  ///< two-sided, of the front end
     std::vector<double> delays_m;                                   ///< ascending; empty: -1 to 2 chips
   };
-  /// Throws InputError for an unknown receiver, satellite or signal, for delays that are not finite and
-  /// ascending, and for a bandwidth outside the range of tracking::CorrelationOptions. The simulation must
-  /// outlive it.
+  /// Throws InputError for an unknown receiver, satellite or signal, delays that are not finite and
+  /// ascending, and a bandwidth outside tracking::CorrelationOptions. The simulation must outlive it.
   CorrelationRecord(const simulation::Simulation& simulation, Options options);
 
   void write(const simulation::Epoch& epoch) override;

@@ -260,7 +260,6 @@ struct Generator::State {
     }
   }
 
-  /// Time of a computed sample.
   [[nodiscard]] double made_s(std::size_t number) const {
     return *first_s + static_cast<double>(number) / made.rate_hz + lead_s;
   }

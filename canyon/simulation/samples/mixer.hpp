@@ -40,7 +40,6 @@ struct PathBlock {
 /// samples. `slots` must extend kLanes samples beyond the block.
 void add_path(const Slots& slots, const PathBlock& path, SampleBlock& block);
 
-/// Adds a complex exponential.
 void add_tone(double cycles, double cycles_per_sample, double amplitude, SampleBlock& block);
 
 /// Multiplies by a complex exponential.

@@ -100,8 +100,7 @@ SampleFile::SampleFile(const simulation::Simulation& simulation, SampleFileOptio
       plan_(plan_run(simulation, front_end_)),
       generator_(make_generator(simulation, options_.receiver, front_end_, options_.threads)),
       encoder_(options_.samples.format, front_end_.real) {
-  // The threshold for 2 bits, 2 of 3, is optimal at one deviation (0.996 of it: J. Max, IRE Trans. IT-6,
-  // 1960).
+  // The 2 bit threshold, 2 of 3, is optimal at one deviation (0.996 of it: J. Max, IRE Trans. IT-6, 1960).
   const double level =
       options_.samples.noise_level.value_or(options_.samples.format == Format::TwoBit ? 2.0 / 3 : 0.25);
   gain_ = static_cast<float>(level * largest(options_.samples.format));

@@ -64,15 +64,13 @@ struct BandPlan {
 /// Signals of a run's sky that the front end carries. Throws InputError if there is none, if no message
 /// describes the sky, and if the run has one epoch.
 [[nodiscard]] BandPlan plan_run(const simulation::Simulation& simulation, const FrontEnd& front_end);
-/// The generator of a run's receiver. Throws InputError as Generator() does, and if there is no such
-/// receiver.
+/// The generator of a run's receiver. InputError as Generator(), and if there is no such receiver.
 [[nodiscard]] Generator make_generator(const simulation::Simulation& simulation, std::size_t receiver,
                                        const FrontEnd& front_end, int threads);
 
 /// The front end of one of its bands. Throws InputError for an unknown band.
 [[nodiscard]] FrontEnd front_end(const SampleOptions& samples, const std::string& band);
 
-/// Options of a file of samples.
 struct SampleFileOptions {
   /// "-": the standard output; a FIFO is written as it is. With `to`: a name for messages.
   std::filesystem::path path;

@@ -14,17 +14,15 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/city/tiles/tile_options.hpp"
 
-// `city:` of a scenario. A new kind of city is one more alternative of CitySource. Three functions handle
-// each kind: source_of_file() recognises its files, visit(CityConfig) lists its fields, and read_city() reads
-// it.
+// `city:` of a scenario. A new kind of city is an alternative of CitySource and three functions:
+// source_of_file() recognises its files, visit(CityConfig) lists its fields, read_city() reads it.
 
 namespace canyon::simulation {
 
 /// No buildings: open sky about the origin.
 struct OpenField {};
 
-/// Canyon's file format (.canyon), a Gazebo world (.world, .sdf), or a Gazebo model's folder. It has its own
-/// origin.
+/// Canyon's format (.canyon), a Gazebo world (.world, .sdf), or a Gazebo model's folder; with its own origin.
 struct CityFile {
   std::filesystem::path path;
 };
@@ -79,9 +77,7 @@ struct CityConfig {
     return std::holds_alternative<Source>(source);
   }
 };
-/// Its fields.
 void visit(options::Visitor& v, CityConfig& o);
-/// Its fields.
 void visit(options::Visitor& v, Georeference& o);
 
 /// The kind of source of a file, by its name; for city models (CityGML, CityJSON, archives and folders of

@@ -28,7 +28,6 @@ struct StreamOptions {
   bool virtual_station = false;
   UbxGeneration generation = UbxGeneration::F9;  ///< of ubx
 };
-/// Visits its fields.
 void visit(options::Visitor& v, StreamOptions& o);
 
 /// Epochs of a receiver, sent in a format to an address.
@@ -38,7 +37,6 @@ struct StreamRequest {
   std::string address;   ///< transport::open_transport()
   StreamOptions options;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, StreamRequest& o);
 
 /// Encoding of poses.
@@ -64,7 +62,6 @@ struct PoseSourceOptions {
   double scale = 1;        ///< metres in the city for one in the room
   PoseTrackOptions track{0.5, 0.04, true};
 };
-/// Visits its fields.
 void visit(options::Visitor& v, PoseSourceOptions& o);
 
 /// The clock that determines when epochs are due.
@@ -89,7 +86,6 @@ struct LiveOptions {
   std::string control;   ///< address for commands; empty: none
   bool changes = false;  ///< commands may change the simulation
 };
-/// Visits its fields.
 void visit(options::Visitor& v, LiveOptions& o);
 
 /// The field `start`: a text, or a week and its seconds. Warns about a time without a time zone.

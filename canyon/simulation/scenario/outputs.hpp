@@ -32,7 +32,6 @@ struct FormerOutput {
 };
 [[nodiscard]] std::span<const FormerOutput> former_outputs();
 
-/// The outputs of a run.
 struct OutputConfig {
   std::set<std::string, std::less<>> names;  ///< names of outputs()
   UbxGeneration ubx_generation = UbxGeneration::F9;

@@ -17,7 +17,6 @@ struct Profile {
   ReceiverConfig receiver;
 };
 
-/// Visits its fields.
 void visit(options::Visitor& v, Profile& profile);
 
 /// The built-in profile of receivers without a given one: a common module with its navigation filter. It

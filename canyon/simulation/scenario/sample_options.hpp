@@ -36,7 +36,6 @@ struct SampleOptions {
   /// Throws InputError for values out of range, unknown bands, and a noise level for 1 bit.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, SampleOptions& o);
 
 }  // namespace canyon::samples

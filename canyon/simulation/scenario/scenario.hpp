@@ -39,7 +39,6 @@ struct MapOptions {
 
   [[nodiscard]] bool moves() const { return motion == Motion::Driving || motion == Motion::Flying; }
 };
-/// Visits its fields.
 void visit(options::Visitor& v, MapOptions& o);
 
 [[nodiscard]] std::string_view name(Motion motion);

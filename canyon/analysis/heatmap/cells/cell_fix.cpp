@@ -59,8 +59,7 @@ Eigen::Vector3d CellFix::gain(const CellRange& range) const {
   return {x[0], x[1], x[2]};
 }
 
-/// As in positioning::solve_fix(): for equal weights the mean of the variances is used, and residuals may
-/// scale all.
+/// As in positioning::solve_fix(): equal weights use the mean of variances, and residuals may scale all.
 void CellFix::state_covariance(std::span<const CellRange> ranges, const LinearFix::Unknowns& x,
                                CellSolution& result) const {
   result.covariance = fix_->covariance();

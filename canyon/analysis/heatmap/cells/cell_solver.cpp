@@ -125,8 +125,7 @@ struct Blocks {
   }
 };
 
-/// Rows of blocks whose nodes are in memory at a time, so that a tile needs memory for only some of its
-/// nodes.
+/// Rows of blocks whose nodes are in memory at a time, not all of a tile's.
 constexpr std::size_t kBandRows = 32;
 
 /// CellMethod::Steady.
@@ -231,8 +230,7 @@ bool SteadyCells::solve(const TileCells& cells, geodesy::GpsTime time, std::span
   return true;
 }
 
-/// The receiver without signals beyond the first if no fix uses them: the first signal's measurement does not
-/// depend on them.
+/// The receiver with only the first signal if no fix uses others: its measurement does not depend on them.
 simulation::ReceiverConfig with_used_signals(simulation::ReceiverConfig receiver) {
   receiver::ReceiverOptions& options = receiver.options;
   if (options.fix_input.combination != receiver::Combination::First || !options.fix_input.uses.empty())

@@ -22,7 +22,6 @@ struct MonteCarloOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, MonteCarloOptions& o);
 
 /// Computation of receivers whose signals have strength.
@@ -38,7 +37,6 @@ struct CellReceiverOptions {
   double path_nodes_m = 6;
   [[nodiscard]] bool operator==(const CellReceiverOptions&) const = default;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, CellReceiverOptions& o);
 
 /// How the cells of a map are computed, fastest first.
@@ -50,9 +48,7 @@ enum class CellMethod : std::uint8_t {
   /// strengths and random phases of paths, the loops' points of rest (tracking::BatchCodeLock), the fix
   /// linearised at the true position (CellFix). Paths are traced at one cell of each block of cells (a node)
   /// and constructed from it at the cells around it (Propagator::trace_first_order()); paths that no node
-  /// near a
-  /// cell has are missed there; diffuse paths are those of the block's node. docs/heatmap.md states the
-  /// resulting errors.
+  /// near a cell has are missed there; diffuse paths are those of the block's node. Errors: docs/heatmap.md.
   Steady,
   /// A receiver::Receiver for each cell and realization (ReceiverRealizations). Values without noise are
   /// those of

@@ -42,9 +42,8 @@ class ReceiverRealizations {
                                   environment_->sky().satellites());
   }
 
-  /// The disturbances of a receiver at a point. Each realization has its own street
-  /// (ReceiverConfig::streets), seen by an antenna in one of its lanes; the antenna's height over the road is
-  /// that over the terrain.
+  /// Disturbances of a receiver at a point. Each realization has its own street (ReceiverConfig::streets),
+  /// seen by an antenna in one of its lanes; its height over the road is that over the terrain.
   [[nodiscard]] std::vector<disturbance::DisturbanceSource> disturbances_at(
       const Eigen::Vector3d& point) const;
   /// The disturbances without the street.

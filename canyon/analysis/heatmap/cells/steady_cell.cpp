@@ -26,8 +26,7 @@ bool is_far(const Path& path) {
   return path.kind == PathKind::Diffuse || path.order >= 2;
 }
 
-/// Steps of the directions for which obstacles are computed: 1.4 deg, since obstacles are equal within tens
-/// of degrees of azimuth.
+/// Steps of directions of computed obstacles: 1.4 deg; obstacles are equal over tens of degrees of azimuth.
 constexpr double kArrivalSteps = 40;
 
 }  // namespace

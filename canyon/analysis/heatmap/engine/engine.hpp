@@ -84,8 +84,7 @@ class Heatmap {
 
   /// The request with resolved motion.
   [[nodiscard]] const Request& request() const;
-  /// The work consists of units: a tile with a chunk of times, tile by tile. There are at least 256 if tiles
-  /// times times are as many.
+  /// Work units: a tile with a chunk of times, tile by tile; at least 256 if tiles times times are as many.
   [[nodiscard]] std::size_t unit_count() const;
   struct Unit {
     Tile tile;
@@ -93,10 +92,8 @@ class Heatmap {
   };
   /// @param i below unit_count() (asserted)
   [[nodiscard]] Unit unit(std::size_t i) const;
-  /// The unit that contains a time of a tile.
   [[nodiscard]] std::size_t unit_of(std::size_t tile, std::size_t time) const;
-  /// Hash of all inputs of the values: request, receiver, propagation, `input_key`, and the division into
-  /// units. 32 hexadecimal digits.
+  /// Hash of all inputs: request, receiver, propagation, `input_key`, division into units. 32 hex digits.
   [[nodiscard]] std::string key() const;
 
   /// Values of one unit; the same on any thread and rank, and inside any task arena.

@@ -17,8 +17,7 @@ struct EnuBox {
   Eigen::Vector2d min = Eigen::Vector2d::Zero(), max = Eigen::Vector2d::Zero();
 };
 
-/// Around a box in degrees (west, south, east, north). Throws InputError for a box that is reversed, empty or
-/// not on Earth.
+/// Around a box in degrees (west, south, east, north). InputError if it is reversed, empty or not on Earth.
 [[nodiscard]] EnuBox enu_box(const std::array<double, 4>& degrees, const geodesy::LocalFrame& frame);
 /// West, south, east, north [deg] around a box in metres. West is above east across the antimeridian.
 [[nodiscard]] std::array<double, 4> degrees_around(const EnuBox& box, const geodesy::LocalFrame& frame);

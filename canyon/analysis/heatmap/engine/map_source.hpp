@@ -30,8 +30,7 @@ struct MapSource {
   /// tile with all its times, write_geotiffs() time by time. Its exceptions pass through the writer.
   using Slices = std::function<std::optional<Slice>(std::size_t tile, std::size_t time)>;
   Slices slice;
-  /// May be empty. Steps done and in all: increases from the first step on, ends with both equal. On the
-  /// writer's own thread.
+  /// May be empty. Steps done and in all, increasing until both are equal. On the writer's own thread.
   std::function<void(std::size_t, std::size_t)> progress;
 };
 

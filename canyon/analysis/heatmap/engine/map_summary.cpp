@@ -11,8 +11,7 @@
 namespace canyon::heatmap {
 namespace {
 
-// A float's bits without its sign, in order of magnitude, rounded to 9 bits of the mantissa (and the implicit
-// one).
+// A float's bits without sign, in order of magnitude, rounded to 9 bits of mantissa (and the implicit one).
 constexpr int kDropped = 14;
 constexpr std::uint32_t kMagnitude = 0x7fff'ffff, kInfinite = 0x7f80'0000;
 constexpr std::size_t kZero = kInfinite >> kDropped;

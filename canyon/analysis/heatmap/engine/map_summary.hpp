@@ -18,9 +18,8 @@ namespace canyon::heatmap {
 /// The fraction of the time with a fix [1] according to a value of such a layer.
 [[nodiscard]] double fix_fraction(Layer layer, float value);
 
-/// Counts values one by one, in bounded memory (2 MiB), and computes their quantiles: each value is rounded
-/// to ten significant bits, so that whole numbers up to 1,024 are exact and others within 1/2048 of their
-/// magnitude.
+/// Counts values in bounded memory (2 MiB) and computes quantiles: each value is rounded to ten significant
+/// bits, so that whole numbers up to 1,024 are exact and others within 1/2048 of their magnitude.
 class ValueCounts {
  public:
   ValueCounts();

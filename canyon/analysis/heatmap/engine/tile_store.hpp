@@ -18,11 +18,10 @@ struct TileValues {
   std::vector<CellState> state;  ///< [altitude][cell]
 };
 
-/// Finished units in a folder, each in a file that is written as a whole, with a checksum. The folder's
-/// manifest has a key (hash of all inputs of the values): a foreign or damaged store is rejected with an
-/// InputError that names the file and how to delete it. Processes may share a folder if no two save the same
-/// unit; the first one creates it before the others open it. save() and load() of different units may run
-/// concurrently.
+/// Finished units in a folder, each in a file written as a whole, with a checksum. The folder's manifest has
+/// a key (hash of all inputs): a foreign or damaged store is rejected with an InputError that names the file
+/// and how to delete it. Processes may share a folder if no two save the same unit; the first one creates it
+/// before the others open it. save() and load() of different units may run concurrently.
 class TileStore {
  public:
   /// Opens or creates `folder`, which is new, empty or a store of the same key (InputError). Removes
@@ -32,8 +31,7 @@ class TileStore {
   /// Whether a unit of work (tile and chunk of times) is stored. Checks its header and length (InputError if
   /// wrong); only load() checks the values' checksum.
   [[nodiscard]] bool has(std::size_t unit) const;
-  /// Writes a unit completely or not at all. Throws InputError if the disk is full or not writable; other
-  /// units are kept.
+  /// Writes a unit completely or not at all. InputError if the disk is full or not writable; others are kept.
   void save(std::size_t unit, const TileValues& values);
   /// Empty if it is not stored; InputError with the file's name if it is damaged.
   [[nodiscard]] std::optional<TileValues> load(std::size_t unit) const;

@@ -26,8 +26,7 @@ class NetcdfFile {
  public:
   /// Creates or replaces `at`; `shown` is its name in messages.
   [[nodiscard]] static NetcdfFile create(const std::filesystem::path& at, const std::filesystem::path& shown);
-  /// Opens a file for reading: a file with the checksum of close() must match it, any other is opened by
-  /// first_in_child().
+  /// For reading: a file with the checksum of close() must match it, any other is opened by first_in_child().
   [[nodiscard]] static NetcdfFile open(const std::filesystem::path& path);
   /// Ignores write failures; close() reports them.
   ~NetcdfFile();

@@ -254,8 +254,7 @@ class NetcdfWriter {
     step();
   }
 
-  /// Chunks have their own checksums; the index of chunks has none, and a chunk missing in it is read as
-  /// missing values.
+  /// Chunks have checksums, their index has none: a chunk missing in it is read as missing values.
   void define_checksums() {
     const int tile_dim = file_.define_dimension(layout::kTile, grid_.tile_count());
     checksum_ = file_.define_variable(layout::kChecksum, NC_INT64, {tile_dim, time_dim_, altitude_dim_});

@@ -24,8 +24,7 @@ struct Tile {
   [[nodiscard]] std::size_t cells() const { return std::size_t{columns} * rows; }
 };
 
-/// Square cells in the city's east-north plane. Row 0 is the southernmost, column 0 the westernmost; a cell's
-/// value is that of its centre.
+/// Square cells in the city's east-north plane, row 0 southernmost, column 0 westernmost; values at centres.
 struct Grid {
   double west_m = 0, south_m = 0;  ///< outer edges, ENU of the city
   double spacing_m = 2;
@@ -50,7 +49,6 @@ struct Grid {
   [[nodiscard]] static Grid covering(double west_m, double south_m, double east_m, double north_m,
                                      double spacing_m);
 };
-/// Visits its fields.
 void visit(options::Visitor& v, Grid& o);
 
 /// Polygons in which cells must be (centres, even-odd rule, holes as further rings), ENU of the city [m].
@@ -64,8 +62,7 @@ struct Area {
   [[nodiscard]] std::vector<std::uint8_t> mask(const Grid& grid, const Tile& tile) const;
   /// Bounds: min and max corner. The area must have a ring.
   [[nodiscard]] std::pair<Eigen::Vector2d, Eigen::Vector2d> bounds() const;
-  /// Throws InputError if there is no ring, for a ring of fewer than three corners, and for a corner that is
-  /// not finite.
+  /// Throws InputError without a ring, for a ring of fewer than three corners, and for a corner not finite.
   void validate() const;
 };
 }  // namespace canyon::heatmap

@@ -70,7 +70,6 @@ struct LimitOptions {
   /// Throws InputError naming the field and its bound.
   void validate() const;
 };
-/// Visits its fields.
 void visit(options::Visitor& v, LimitOptions& o);
 /// All layers, in the order of Layer.
 [[nodiscard]] std::span<const LayerInfo> all_layers();
@@ -89,8 +88,7 @@ void visit(options::Visitor& v, LimitOptions& o);
          layer == Layer::SatellitesLos || layer == Layer::SatellitesVisible ||
          layer == Layer::SatellitesUsed || layer == Layer::RtkFixedFraction;
 }
-/// The layer with this name, in upper or lower case. Throws InputError with the closest name for an unknown
-/// one; "all" is not a layer.
+/// The layer of this name, case-insensitive. InputError with the closest name if unknown; "all" is no layer.
 [[nodiscard]] Layer layer_by_name(std::string_view name);
 /// The layers of these names in their order, each once; "all" is layers_of_one_look(). No name:
 /// default_layers(). Throws as layer_by_name().

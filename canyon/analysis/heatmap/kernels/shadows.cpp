@@ -168,8 +168,7 @@ class Projection {
   double range_per_metre_;
 };
 
-/// The point where a side crosses the plane; `above` and `below` are its ends. Both triangles of the side get
-/// the same point.
+/// The point where a side with these ends crosses the plane. Both triangles of the side get the same point.
 RasterPoint cut(const RasterPoint& above, const RasterPoint& below) {
   const double fraction = above.range / (above.range - below.range);
   return {above.u + fraction * (below.u - above.u), above.v + fraction * (below.v - above.v), 0};

@@ -122,8 +122,7 @@ std::size_t Interiors::open_ends(double z) const {
   return count;
 }
 
-/// Calls call(triangle, from, to) for every segment in the plane that may be within `margin_m` of the tile's
-/// rows.
+/// Calls call(triangle, from, to) for segments in the plane that may be within `margin_m` of the tile's rows.
 template <class Call>
 void Interiors::for_each_segment(const CellPlane& plane, double margin_m, const Call& call) const {
   if (triangles_.empty()) return;

@@ -15,8 +15,7 @@ using city::cross;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Tolerance, as a fraction of a triangle's size, within which cells beyond its edges still belong to it, so
-/// that rounding leaves no gaps.
+/// Fraction of a triangle's size within which cells beyond its edges belong to it: rounding leaves no gaps.
 constexpr double kSeam = 1e-9;
 /// A triangle with a smaller horizontal area [m^2] is vertical.
 constexpr double kUpright_m2 = 1e-12;

@@ -148,8 +148,7 @@ struct TileTracer::Impl {
     if (kind == AltitudeKind::Ellipsoid) {
       const geodesy::LocalFrame& frame = environment->city().frame;
       for (std::size_t i = 0; i < count; ++i) {
-        // The ray follows the city's vertical, which differs from the point's by less than 1e-2 rad within 60
-        // km.
+        // The ray follows the city's vertical: less than 1e-2 rad from the point's own within 60 km.
         Vector3d point = cells.centre(i);
         point.z() = 0;
         for (int step = 0; step < 3; ++step)

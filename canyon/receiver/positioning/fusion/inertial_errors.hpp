@@ -34,9 +34,8 @@ struct InertialState {
 /// @param motion means over it, corrected @param gravity_mps2 at the position (geodesy::normal_gravity())
 void carry(InertialState& state, const ImuReading& motion, double dt_s, const Eigen::Vector3d& gravity_mps2);
 
-/// Errors, truth minus estimate: attitude (a small rotation in ECEF), velocity and position of the sensor,
-/// biases of accelerometers and gyroscopes (body), scale of the wheels, scale of the gyroscope about the up
-/// axis.
+/// Truth minus estimate: attitude (a small rotation in ECEF), velocity and position of the sensor, biases of
+/// accelerometers and gyroscopes (body), scale of the wheels, scale of the gyroscope about the up axis.
 inline constexpr int kAttitudeError = 0;
 inline constexpr int kVelocityError = 3;
 inline constexpr int kPositionError = 6;
