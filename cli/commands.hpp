@@ -68,7 +68,7 @@ void check_trajectory_format(const std::string& format);
 void add_threads(Command& command, int& threads, const std::string& about = "0: one for each core (0)");
 /// Adds --fixed-unknowns, a list of names for unknowns::unknowns_of().
 Option& add_fixed_unknowns(Command& command, std::string& known);
-/// Warns if 90 % intervals of so few draws hold less (caution_of_few()). @param option that describes it
+/// Warns if 90 % intervals of so few samples hold less (caution_of_few()). @param option that describes it
 void warn_of_few_samples(std::size_t count, std::string_view option);
 /// Warns on standard error if an instant has no time zone.
 void warn_of_no_zone(std::string_view instant);

@@ -55,7 +55,7 @@ class EnsembleDrive : public RecordedDrive {
     simulate_point();
   }
 
-  /// @param told called with the number of epochs
+  /// @param report_progress called with the number of epochs
   void draw(const unknowns::UnknownSamples& samples, std::size_t k, const ProgressCallback& report_progress) {
     simulation::Scenario scenario = scenario_;
     scenario.seed += k + 1;
@@ -90,7 +90,7 @@ class EnsembleDrive : public RecordedDrive {
     row_.point = key_metrics({});
   }
 
-  /// Headlines of these runs, with the classes of satellites of the original city.
+  /// Key metrics of these runs, with the classes of satellites of the original city.
   [[nodiscard]] std::vector<validation::KeyMetric> key_metrics(
       std::span<const validation::Comparison> runs) const {
     validation::MetricOptions options;

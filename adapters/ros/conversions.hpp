@@ -241,7 +241,7 @@ template <class TwistWithCovarianceStamped>
   return message;
 }
 
-/// canyon_msgs/GnssMultipath, the paper's; arrays ordered as in GnssMultipath.msg. Without truth: no satellites.
+/// canyon_msgs/GnssMultipath, the paper's; arrays ordered as in GnssMultipath.msg. No truth: no satellites.
 template <class GnssMultipath>
 [[nodiscard]] GnssMultipath multipath_message(const Head& head, const simulation::Epoch* epoch) {
   GnssMultipath message;

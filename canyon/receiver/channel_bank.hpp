@@ -35,7 +35,7 @@ class EphemerisAcquisition {
  public:
   /// @param channels_search whether the receiver's channels search for search_s(); else a satellite is found
   /// this long after it appears
-  /// @param draws name of its random streams
+  /// @param stream_name name of its random streams
   EphemerisAcquisition(const disturbance::Restart& restart, const tracking::SignalLockOptions& lock,
                        bool channels_search, std::uint64_t seed, std::string stream_name)
       : restart_(restart),
@@ -116,7 +116,7 @@ struct TrackingResult {
 class ChannelBank {
  public:
   /// @param options must outlive this
-  /// @param draws name of its random streams
+  /// @param stream_name name of its random streams
   ChannelBank(const ReceiverOptions& options, std::uint64_t seed, std::string stream_name);
 
   /// Resets all channels and ephemerides, and searches as after the restart.

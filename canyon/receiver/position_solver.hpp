@@ -32,7 +32,7 @@ class PositionSolver {
   void take(const EpochContext& context, const orbit::Sky& sky);
   /// Usable corrections of pseudoranges at a time; null: none.
   [[nodiscard]] const CodeCorrections* corrections(geodesy::GpsTime receiver_time) const;
-  /// Whether Solvable::signal_entries is needed.
+  /// Whether SolverInput::signal_entries is needed.
   [[nodiscard]] bool uses_phases() const { return rtk_.has_value(); }
   /// The position of an epoch: of its corrected measurements if they have a solution, else of all.
   [[nodiscard]] positioning::Fix solve(geodesy::GpsTime receiver_time, const SolverInput& measured,

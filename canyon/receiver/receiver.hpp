@@ -72,7 +72,7 @@ struct SatelliteObservation : SignalObservation {
   double obstacles_db = 0;
   bool above_mask = false;
   bool used = false;  ///< in the fix
-  /// Slant delay of the ionosphere at 1575.42 MHz, an estimate (FixInput::Chosen::ionosphere_m) [m].
+  /// Estimated slant ionosphere delay at 1575.42 MHz (FixInput::CombinedMeasurement::ionosphere_m) [m].
   std::optional<double> estimated_ionosphere_m;
   /// Signals after the first, in the order of gnss::signals_of(); only with ReceiverOptions::tracks.
   std::vector<SignalObservation> more;
@@ -179,10 +179,10 @@ class Receiver {
 
   [[nodiscard]] const ReceiverOptions& options() const;
 
-  /// Disturbs the arrival, then measures it. Times must not run backwards; a placement other than Free gives
-  /// status NoSignal. Throws InputError, naming the receiver, for a pose that is not finite, time running
-  /// backwards, missing Klobuchar coefficients, corrections that are not numbers, and, with strength, code
-  /// correlators too far apart for a satellite's signal. With strength, paths need the inputs of their
+  /// Disturbs the arrival, then measures it. Times must not run backwards; a containment other than Free
+  /// gives status NoSignal. Throws InputError, naming the receiver, for a pose that is not finite, time
+  /// running backwards, missing Klobuchar coefficients, corrections that are not numbers, and, with strength,
+  /// code correlators too far apart for a satellite's signal. With strength, paths need the inputs of their
   /// strength (PathGeometry, Path::reflector, Path::scattered_power).
   [[nodiscard]] ReceiverEpoch observe(const EpochContext& context);
 

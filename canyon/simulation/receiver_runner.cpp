@@ -72,7 +72,7 @@ struct ReceiverRunner::Impl {
     if (config.base() != nullptr) {
       throw InputError(
           fmt::format("receiver '{}' has a base, but runs without it", config.receiver().options.name),
-          "use simulation::Run, which computes the epochs of both");
+          "use simulation::Simulation, which computes the epochs of both");
     }
     warnings = config.warnings;
     const auto own = sky->report.warnings();  // another receiver reports those of a shared one

@@ -31,8 +31,8 @@ struct StepInputs {
   propagation::Arrival* arrival = nullptr;
 };
 
-/// One receiver, driven epoch by epoch by the caller, which supplies time, motion and surroundings: a Run or
-/// the user's own loop. The same seed and epochs give the same numbers. Not thread-safe.
+/// One receiver, driven epoch by epoch by the caller, which supplies time, motion and surroundings:
+/// Simulation or the user's own loop. The same seed and epochs give the same numbers. Not thread-safe.
 class ReceiverRunner {
  public:
   /// @param scene shared by the receivers of one world; the host moves its instances between steps.
@@ -40,9 +40,9 @@ class ReceiverRunner {
   /// @param start GPS time of the host's time 0
   /// @param sky of another receiver with the same config.sky and start, see shared_sky(); the other receiver
   /// reports its warnings. Null: builds its own
-  /// @param way route of the whole drive, for streets; null: known as far as it was driven
+  /// @param road route of the whole drive, for streets; null: known as far as it was driven
   /// Throws InputError if the sky has no satellite at `start` (see build_sky()), coefficients are missing, or
-  /// the configuration has a base (Run supports bases).
+  /// the configuration has a base (Simulation supports bases).
   ReceiverRunner(RunnerConfig config, std::shared_ptr<CityScene> scene, geodesy::GpsTime start,
                  std::shared_ptr<const BuiltSky> sky = nullptr,
                  std::shared_ptr<const disturbance::Road> road = nullptr);
@@ -95,7 +95,7 @@ class ReceiverRunner {
   /// Sets corrections that arrived since the last step, from a receiver or a stream, for the next step.
   void set_corrections(std::shared_ptr<const rtk::Corrections> corrections);
 
-  /// An epoch of an antenna at an unknown position: no signal, no fix; placement Unknown, true position NaN.
+  /// An epoch at an unknown antenna position: no signal, no fix; containment Unknown, true position NaN.
   [[nodiscard]] Step observe_without_pose(geodesy::GpsTime time);
 
   /// Restarts as constructed; faults are those of config() again.

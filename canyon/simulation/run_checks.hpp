@@ -31,7 +31,7 @@ struct RunView {
 /// with dead reckoning treats that as impossible. Call it if the motion is smooth.
 [[nodiscard]] std::vector<std::string> check_slopes(const RunView& run);
 
-/// Number of epochs of a receiver by raytrace::Placement.
+/// Number of epochs of a receiver by raytrace::Containment.
 using ContainmentCounts = std::array<std::size_t, 3>;
 /// A warning for each receiver whose antenna was inside a building or under the terrain.
 /// @param counts of each receiver of the scenario

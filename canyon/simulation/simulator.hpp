@@ -69,7 +69,7 @@ class Simulation {
   /// Throws InputError if the height above terrain is needed and there is no terrain.
   [[nodiscard]] Pose vehicle_pose(geodesy::GpsTime t) const;
   [[nodiscard]] Pose antenna_pose(std::size_t receiver, geodesy::GpsTime t) const;
-  /// The scenario's sensors at the start of the run (simulation/sensors/sensor_run.hpp), as in epochs. Must
+  /// The scenario's sensors at the start of the run (simulation/sensor_run.hpp), as in epochs. Must
   /// not outlive this.
   [[nodiscard]] SensorRun sensors() const;
 

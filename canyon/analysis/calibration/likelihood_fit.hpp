@@ -8,7 +8,7 @@
 
 namespace canyon::calibration {
 
-// The fit to the tracked satellites, their C/N0 and the errors of hidden ones. Private to canyon/calibration.
+// The fit to the tracked satellites, their C/N0 and the errors of hidden ones. Private to this folder.
 /// A drive, and the satellites that are not simulated.
 struct FitDrive {
   const Drive* drive = nullptr;

@@ -60,7 +60,7 @@ class RunStore {
 [[nodiscard]] Manifest read_manifest(const std::filesystem::path& folder);
 /// The records of a folder by number of run, `runs` of them; empty if a run is not finished. An incomplete
 /// line of a killed process at the end of its file is ignored; any other damage is an InputError with file
-/// and line. @param with_epochs also reads ReceiverRecord::kept
+/// and line.
 [[nodiscard]] std::vector<std::optional<RunRecord>> read_records(const std::filesystem::path& folder,
                                                                  std::size_t runs);
 /// ReceiverRecord::kept of a record; throws InputError if its file is missing or damaged.

@@ -155,7 +155,7 @@ struct RunMaker::Impl {
         scenes(p.study().city_memory_gb * 0.5e9),
         skies(64) {}  // each counts as one byte: 64 skies
 
-  /// @param drawn false: the city of its source, independent of the seed
+  /// @param sampled false: the city of its source, independent of the seed
   [[nodiscard]] std::shared_ptr<simulation::CityScene> scene(const simulation::Scenario& scenario,
                                                              bool sampled = true) const {
     // Random drives need the whole city, which is the same for all of them.

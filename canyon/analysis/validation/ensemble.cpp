@@ -36,7 +36,7 @@ double interval_score(const Five& five, double truth) {
          2.5;
 }
 
-/// The distance from the recorded value in units of the range, as in the point's headline.
+/// The distance from the recorded value in units of the range, as in the point's key metric.
 std::optional<double> distance_of(const KeyMetric& point, double simulated) {
   KeyMetric h = point;
   h.simulated = simulated;

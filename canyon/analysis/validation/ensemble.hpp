@@ -32,7 +32,7 @@ struct EnsembleMetric {
   double median = 0;
   Interval half, maximum;  ///< 50 and 90 %
   /// Weighted interval scores of the samples' distribution and of the point, in units of the metric's range
-  /// (Headline::distance()); empty for a metric without a range.
+  /// (KeyMetric::distance()); empty for a metric without a range.
   std::optional<double> score, point_score;
 
   [[nodiscard]] bool within_half() const { return half.low <= recorded && recorded <= half.high; }

@@ -97,7 +97,7 @@ constexpr MetricInfo kMetrics[]{
     {"own_fix_p50_m", "filter p50 (own fixes) [m]", 1, kReported, reported_horizontal<kMedian>},
     {"own_fix_p95_m", "filter p95 (own fixes) [m]", 1, kReported, reported_horizontal<kP95>}};
 
-/// Both numbers of a headline, each formatted by `show`.
+/// Both numbers of a key metric, each formatted by `show`.
 template <typename Value, typename Show>
 std::string pair_text(const KeyMetric& h, const Value& measured, const Value& simulated, const Show& show) {
   const auto shown = [&show](const Value& value) { return value ? show(*value) : std::string("-"); };

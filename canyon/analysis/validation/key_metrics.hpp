@@ -35,7 +35,7 @@ struct MetricRange {
 /// A metric, and the range that the score card compares it with (docs/results.md).
 struct MetricInfo {
   enum class Kind {
-    OfModel,       ///< only in the table of models, without a headline
+    OfModel,       ///< only in the table of models, not a key metric
     Both,          ///< one value of measured and simulated together, such as a distance
     Pair,          ///< one value measured, one simulated
     ReportedFixes  ///< as Pair, in recordings with reported fixes
@@ -72,7 +72,7 @@ struct KeyMetric {
 /// Headlines without intervals, always the same ones in the same order; those of reported fixes, if any, are
 /// last.
 [[nodiscard]] std::vector<KeyMetric> key_metrics(const ModelMetrics& metrics);
-/// key_metrics() of metrics() of these epochs, without the metrics that have no headline.
+/// key_metrics() of metrics() of these epochs, only the key metrics.
 [[nodiscard]] std::vector<KeyMetric> key_metrics(const Comparison& comparison, std::size_t first,
                                                  std::size_t count);
 /// Uses the recording's own epochs [other_first, other_first + other_count) in place of the simulated ones:
@@ -85,7 +85,7 @@ struct KeyMetric {
 /// reported fixes. @param headlines_of_all of these epochs and runs, as for metrics()
 void add_intervals(std::vector<KeyMetric>& headlines_of_all, const Comparison& comparison, std::size_t first,
                    std::size_t count, const MetricOptions& options, std::span<const Comparison> runs = {});
-/// The headline with that key; null if there is none.
+/// The key metric with that key; null if there is none.
 [[nodiscard]] const KeyMetric* headline_with(const std::vector<KeyMetric>& key_metrics, std::string_view key);
 /// "2.3 (8.5)": simulated, with measured in brackets; "-" for missing values. Interval: "1.9 to 3.1 (6.0 to
 /// 9.2)".

@@ -347,7 +347,7 @@ class Collector {
     return f;
   }
 
-  /// The metrics of headlines.
+  /// The metrics among the key metrics.
   [[nodiscard]] ModelMetrics headline_metrics() const {
     ModelMetrics f;
     f.epochs = epochs_.size();

@@ -156,8 +156,8 @@ struct MetricOptions {
                                    const std::string& part, const MetricOptions& options = {},
                                    std::span<const Comparison> runs = {});
 
-/// Metrics of Recording::own_fixes in the epochs [first, first + count) of a comparison of that recording,
-/// first and last time included.
+/// Metrics of Recording::reported_fixes in the epochs [first, first + count) of a comparison of that
+/// recording, first and last time included.
 [[nodiscard]] PositionMetrics reported_fix_metrics(const Recording& recording, const Comparison& comparison,
                                                    std::size_t first, std::size_t count);
 

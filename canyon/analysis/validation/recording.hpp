@@ -65,14 +65,14 @@ struct RecordingOptions {
   /// The recorded pseudoranges contain these delays, as those of real receivers do; both are then corrected
   /// (ResidualOptions). Simulated recordings may lack them.
   bool ionosphere = true, troposphere = true;
-  std::optional<std::filesystem::path> nmea;  ///< the recorded receiver's fixes: Recording::own_fixes
+  std::optional<std::filesystem::path> nmea;  ///< the recorded receiver's fixes: Recording::reported_fixes
 };
 /// Reads recording and truth in the scenario's sky and city. `obs` RINEX, `truth` of `truth_format`
-/// (simulation::read_trajectory; empty: the scenario's one position; missing dates of the file are those of
-/// the scenario's `start`, in NMEA else of the recording). The scenario has systems and height above terrain,
-/// its first receiver the lever arm. `environment` has the scenario's city, and a sky of the recording's day.
-/// Throws InputError if files are unreadable, the recording does not overlap the truth, no recorded satellite
-/// has an ephemeris, or the ionosphere's coefficients are missing.
+/// (simulation::read_trajectory_file(); empty: the scenario's one position; missing dates of the file are
+/// those of the scenario's `start`, in NMEA else of the recording). The scenario has systems and height above
+/// terrain, its first receiver the lever arm. `environment` has the scenario's city, and a sky of the
+/// recording's day. Throws InputError if files are unreadable, the recording does not overlap the truth, no
+/// recorded satellite has an ephemeris, or the ionosphere's coefficients are missing.
 [[nodiscard]] Recording read_recording(const simulation::Scenario& scenario,
                                        const simulation::Environment& environment,
                                        const std::filesystem::path& obs, const std::filesystem::path& truth,

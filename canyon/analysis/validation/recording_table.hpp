@@ -25,7 +25,7 @@ struct RecordingRow {
   std::vector<std::string> pooled;  ///< names of the pooled recordings
 };
 
-/// The headlines of all rows, the first of each key, in their order.
+/// The key metrics of all rows, the first of each key, in their order.
 [[nodiscard]] std::vector<KeyMetric> headlines_of(const std::vector<RecordingRow>& rows);
 
 /// One line that describes a row: "tst (mass market): second half: ... 242 epochs; never tracked ...".
@@ -39,7 +39,7 @@ struct RecordingRow {
 // How many metrics of a simulated receiver are within their range of the recorded ones.
 
 struct Score {
-  std::size_t within = 0, of = 0;  ///< headlines in their range, and headlines with a range
+  std::size_t within = 0, of = 0;  ///< key metrics in their range, and those with a range
 
   Score& operator+=(const Score& other) {
     within += other.within;

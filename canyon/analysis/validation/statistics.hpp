@@ -54,7 +54,7 @@ struct Interval {
   double low = 0, high = 0;
 };
 
-// Not public: for canyon/validation and canyon/calibration.
+// Not public: for canyon/analysis/validation and calibration.
 
 /// Scores of LOS and NLOS observations, sorted once, to compute the area under the ROC curve for many
 /// resamples of their epochs.
@@ -80,7 +80,7 @@ class RankedSample {
 [[nodiscard]] std::vector<std::vector<std::uint16_t>> block_bootstrap(std::size_t epochs, std::size_t block,
                                                                       int resamples, std::uint64_t seed);
 
-// Not public: for canyon/validation and canyon/calibration.
+// Not public: for canyon/analysis/validation and calibration.
 
 [[nodiscard]] inline geodesy::GpsTime time_of(geodesy::GpsTime time) {
   return time;

@@ -12,7 +12,7 @@
 #include "canyon/receiver/positioning/positioning_options.hpp"
 #include "canyon/receiver/positioning/pseudorange_model.hpp"
 
-// State and equations of the position filter. Private to canyon/positioning.
+// State and equations of the position filter. Private to canyon/receiver/positioning.
 
 namespace canyon::positioning {
 
@@ -44,7 +44,7 @@ struct FilterRow {
   double sigma = 1;  ///< for the gain
   /// The satellite of a pseudorange; empty: a Doppler, whose errors are not correlated in time.
   std::optional<gnss::SatelliteId> satellite;
-  double fraction = 1;  ///< Measurement::stated_share
+  double fraction = 1;  ///< Measurement::reported_sigma_ratio
 };
 /// An accepted row, and its gain.
 struct AcceptedRow {
@@ -82,7 +82,7 @@ struct FilterState {
   StateMatrix reported_covariance = StateMatrix::Zero();
   std::vector<CorrelatedError> lasting;
   /// Fraction of the motion's noise in `reported_covariance`: that of the latest pseudoranges' variances
-  /// (FilterRow::share), because the gains are for the whole errors.
+  /// (FilterRow::fraction), because the gains are for the whole errors.
   double noise_fraction = 1;
 
   [[nodiscard]] Eigen::Vector3d position() const { return x.segment<3>(kPosition); }
@@ -120,10 +120,10 @@ class Update {
   std::vector<AcceptedRow>& taken_;
 };
 
-/// Updates FilterState::stated with the accepted rows: the covariance of an estimate whose gains K come from
-/// another error model than the actual one (Gelb, Applied Optimal Estimation, 7.2; Schmidt's consider
-/// states). A pseudorange's error has a white part and a time-correlated one, of deviations w and b; C is the
-/// covariance of the state's error and the correlated part over b:
+/// Updates FilterState::reported_covariance with the accepted rows: the covariance of an estimate whose gains
+/// K come from another error model than the actual one (Gelb, Applied Optimal Estimation, 7.2; Schmidt's
+/// consider states). A pseudorange's error has a white part and a time-correlated one, of deviations w and b;
+/// C is the covariance of the state's error and the correlated part over b:
 ///   S - K m' - m K' + K K' (h' S h + w^2 + b^2 + 2 b h' C),  m = S h + b C,  then C - K h' C - K b.
 /// @param excess variance of errors over that of the weights. With error_correlation_s all of it is
 /// correlated; of corrected pseudoranges the part above 1: their noise is white.

@@ -22,7 +22,7 @@ namespace canyon::positioning {
 /// at rest, correlated noise) average out more slowly.
 class PositionFilter {
  public:
-  /// @param weights and masks of pseudoranges as in the fix. Throws InputError for options out of range.
+  /// @param fix weights and masks of pseudoranges. Throws InputError for options out of range.
   PositionFilter(const PositionFilterOptions& options, const FixOptions& fix);
   ~PositionFilter();
   PositionFilter(PositionFilter&&) noexcept;

@@ -25,7 +25,7 @@ namespace canyon::rtcm {
 
 /// A pseudorange without the clock of the receiver [m]: the distance from a satellite to a position minus the
 /// satellite's clock. Within 1 km of the measured one. Empty if the satellite is unknown then.
-/// @param place of the station, ECEF [m]; zeros if it has not reported it
+/// @param position of the station, ECEF [m]; zeros if it has not reported it
 using RangeTable = std::function<std::optional<double>(gnss::SatelliteId, geodesy::GpsTime reception,
                                                        const Eigen::Vector3d& position)>;
 /// By the ephemerides of a sky. @param fallback a position within 50 km of a station that reports none [m]

@@ -35,7 +35,7 @@ struct ObservedMinusComputed {
 };
 
 /// Uses satellites of the sky, at or above both masks (elevation, C/N0); sorted by satellite and signal.
-/// @param options masks, and which models of the atmosphere are computed @param place of the antenna, ECEF
+/// @param options masks, and which models of the atmosphere are computed @param point of the antenna, ECEF
 /// [m] @param klobuchar needed with FixOptions::correct_ionosphere
 /// Throws InputError for measurements that are not numbers.
 [[nodiscard]] std::vector<ObservedMinusComputed> observed_minus_computed(

@@ -40,7 +40,7 @@ struct PairEpoch {
 using RecordedEpochs = std::vector<std::shared_ptr<const Corrections>>;
 
 /// Recording of an observation file, with the antenna position of its header in each epoch.
-/// @param place replaces that position, ECEF [m]; NaN if both are unknown. Not used for a rover
+/// @param point replaces that position, ECEF [m]; NaN if both are unknown. Not used for a rover
 [[nodiscard]] RecordedEpochs recorded_epochs(const std::vector<rinex::ObservationEpoch>& recorded,
                                              const orbit::Sky& sky,
                                              const std::optional<Eigen::Vector3d>& point = {});

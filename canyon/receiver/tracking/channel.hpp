@@ -40,7 +40,7 @@ class ChannelModel {
   };
 
   /// Throws InputError if options.validate() does.
-  /// @param receiver its name in messages; @param draws name of its random streams
+  /// @param receiver its name in messages; @param stream_name name of its random streams
   ChannelModel(SignalOptions options, std::uint64_t seed, std::string receiver, std::string stream_name = {});
 
   [[nodiscard]] const SignalOptions& options() const { return options_; }

@@ -108,8 +108,8 @@ class PathFades {
 /// antenna (propagation::antenna_image()). A transmitter's path has its own rate, of its carrier. Within 1
 /// mm/s of differences of ranges (receiver_test.cpp).
 /// @param antenna_velocity_ecef [m/s], in the rotating frame; @param path in the frame that `ecef_from_enu`
-/// rotates. For the scattering centre of a rough facade (Path::glint) the velocity counts along its
-/// direction.
+/// rotates. For the scattering centre of a rough facade (Path::scattering_offset) the velocity counts along
+/// its direction.
 [[nodiscard]] double path_rate_mps(const orbit::LineOfSight& line,
                                    const Eigen::Vector3d& antenna_velocity_ecef,
                                    const propagation::Path& path, const Eigen::Matrix3d& ecef_from_enu);

@@ -60,7 +60,7 @@ class Magnetometer {
   Magnetometer(const MagnetometerOptions& options, std::uint64_t seed);
   /// The next sample [T], in the sensor's axes.
   /// @param field_enu_t Earth's field @param enu_from_sensor the sensor's attitude
-  /// @param way_m distance travelled since the last sample, at least 0
+  /// @param travelled_m distance travelled since the last sample, at least 0
   [[nodiscard]] Eigen::Vector3d measure(const Eigen::Vector3d& field_enu_t,
                                         const Eigen::Matrix3d& enu_from_sensor, double travelled_m);
 
@@ -84,7 +84,7 @@ struct WheelSample {
 class Wheels {
  public:
   Wheels(const WheelOptions& options, std::uint64_t seed);
-  /// The next sample. @param way_m forward distance of each wheel in `dt_s`; dt_s is above 0
+  /// The next sample. @param travelled_m forward distance of each wheel in `dt_s`; dt_s is above 0
   [[nodiscard]] WheelSample measure(const WheelPair& travelled_m, double dt_s);
 
  private:

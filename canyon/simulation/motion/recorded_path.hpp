@@ -12,9 +12,9 @@
 #include "canyon/base/text_file.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 
+// Common parts of the readers of recorded paths.
 namespace canyon::simulation {
 
-// Common parts of the readers of recorded paths.
 struct RecordedPoint {
   geodesy::GpsTime time;
   geodesy::Geodetic position;

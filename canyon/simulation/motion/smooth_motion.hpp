@@ -58,8 +58,8 @@ class SmoothMotion {
     double yaw_rad, yaw_rate_radps;
   };
 
-  /// Adds a segment that moves from `begin_s` on. Precondition: `begin_s` is not before end_s(). @param way
-  /// motion at seconds after its own begin; called within [-kReach_s, duration_s + kReach_s] @param
+  /// Adds a segment that moves from `begin_s` on. Precondition: `begin_s` is not before end_s(). @param
+  /// distance motion at seconds after its own begin; called within [-kReach_s, duration_s + kReach_s] @param
   /// duration_s of `route`; the segment lasts 2 kReach_s longer
   void add(double begin_s, double duration_s, const std::function<MotionKnot(double)>& motion);
 

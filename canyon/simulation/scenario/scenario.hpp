@@ -223,7 +223,7 @@ struct RunnerConfig : Scenario {
 /// The scenario's keys `sky`, `start`, `rate_hz`, `seed` and `geoid_undulation_m`, those of the receiver
 /// without brackets, and `base` with `name`, `profile` and `fixed`.
 void visit(options::Visitor& v, RunnerConfig& o);
-/// A scenario as Run uses it, with this `start` and interval; its warnings were already reported.
+/// A scenario as Simulation uses it, with this `start` and interval; its warnings were already reported.
 [[nodiscard]] RunnerConfig live_config(const Scenario& scenario, geodesy::GpsTime start, double interval_s);
 
 /// Reads YAML with the fields of a RunnerConfig and `faults`, whose times count from the host's time 0.

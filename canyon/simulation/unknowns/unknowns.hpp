@@ -45,7 +45,7 @@ class UnknownSamples {
  private:
   std::size_t count_;
   std::vector<Unknown> known_;
-  std::vector<std::vector<double>> fractions_;  // [unknown][draw]
+  std::vector<std::vector<double>> fractions_;  // [unknown][sample]
 };
 
 /// Fractions of facades (city::FacadeOptions::shares) with that fraction of coated glass, [0, 0.7]: between

@@ -88,7 +88,7 @@ struct CellRange {
   double weight = 1;       ///< 1 / sigma^2; of equal weights 1
   double variance_m2 = 1;  ///< variance reported with the measurement
 };
-/// @param stated sigma_m and, for weights by C/N0, cn0_dbhz
+/// @param reported sigma_m and, for weights by C/N0, cn0_dbhz
 [[nodiscard]] CellRange cell_range(std::size_t satellite, double error_m,
                                    const positioning::Measurement& reported, double elevation_rad,
                                    const positioning::WeightOptions& weights);
@@ -110,7 +110,7 @@ class CellFix {
   /// @param options must outlive it
   CellFix(std::vector<FixSatellite> satellites, const positioning::FixOptions& options)
       : satellites_(std::move(satellites)), options_(options) {}
-  /// @param covariance compute Answer::covariance
+  /// @param covariance compute CellSolution::covariance
   [[nodiscard]] CellSolution solve(std::span<const CellRange> ranges, bool covariance = false);
   /// Change of the position error per metre of error of a range of the last fix.
   [[nodiscard]] Eigen::Vector3d gain(const CellRange& range) const;

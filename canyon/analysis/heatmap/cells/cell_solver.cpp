@@ -288,7 +288,7 @@ class RunCells final : public CellSolver {
   /// @param space by realization, or empty
   void draw(const ReceiverRealizations::Scene& scene, std::span<const sky::RangeErrorModel> space,
             bool statistics, CellValues& values) const;
-  /// [second][draw]; null if the base measured nothing.
+  /// [second][realization]; null if the base measured nothing.
   [[nodiscard]] std::vector<std::vector<Corrections>> corrections(
       geodesy::GpsTime time, std::span<const sky::RangeErrorModel> space) const;
   void fix_by_rtk(geodesy::GpsTime time, const Vector3d& point, std::span<const sky::RangeErrorModel> space,

@@ -17,7 +17,7 @@
 namespace canyon::heatmap {
 
 struct MonteCarloOptions {
-  int samples = 64;        ///< noise realizations for the layers over draws; [1, 10,000]
+  int samples = 64;        ///< noise realizations for the layers over realizations; [1, 10,000]
   std::uint64_t seed = 1;  ///< same realizations at every cell (common random numbers): smooth maps
   /// Throws InputError naming the field and its bound.
   void validate() const;
@@ -89,7 +89,7 @@ struct CellReceiver {
 /// except in running receivers. Work is distributed over the calling task arena's threads. Values do not
 /// depend on the threads, nor on the tiles of a grid except for the directions. Const, thread-safe.
 ///
-/// Layers over draws are over the realizations with a fix. Quantiles are definition 7 of Hyndman and Fan (The
+/// Layers over realizations count those with a fix. Quantiles are definition 7 of Hyndman and Fan (The
 /// American Statistician 50, 1996). Vertical is along the ellipsoid's normal.
 class CellSolver {
  public:

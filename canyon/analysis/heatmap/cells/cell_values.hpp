@@ -81,7 +81,7 @@ struct SampledFixes {
     protection_m.push_back(
         positioning::horizontal_protection_level_m(covariance_enu, limits.protection_factor));
   }
-  /// Sets all layers over draws; reorders the errors. @param draws number of realizations, also without a fix
+  /// Sets all layers over realizations; reorders the errors. @param sample_count also those without a fix
   void describe(const LimitOptions& limits, int sample_count, CellValues& values,
                 bool horizontal_quantiles = true, bool vertical_quantiles = true) {
     const auto fixes = static_cast<double>(horizontal_m.size());
@@ -104,7 +104,7 @@ struct SampledFixes {
 [[nodiscard]] inline bool needs_signals(Layer layer) {
   return info(layer).received && is_solver_layer(layer);
 }
-/// The layers over draws.
+/// The layers over realizations.
 [[nodiscard]] inline bool is_sample_layer(Layer layer) {
   return info(layer).needs_samples && is_solver_layer(layer);
 }

@@ -78,10 +78,10 @@ struct Block {
 struct SetSolution {
   CellFix::CellSolution fix;
   std::vector<Vector3d> gains;  ///< [satellite] position error per metre of pseudorange error; 0: not used
-  std::vector<double> noise;    ///< [axis][draw] position error by noise
+  std::vector<double> noise;    ///< [axis][realization] position error by noise
 };
 
-/// Lengths of a fix's total error (error plus noise), for all realizations. @param noise [axis][draw]
+/// Lengths of a fix's total error (error plus noise), for all realizations. @param noise [axis][realization]
 CANYON_CLONES void measure(const double* error, const double* noise, std::size_t sample_count,
                            double* horizontal_m, double* vertical_m) {
   for (std::size_t draw = 0; draw < sample_count; ++draw) {
@@ -269,7 +269,7 @@ class SharedTile {
   TileErrors errors_;
   CellFix fix_;
   std::vector<CellRange> ranges_;  // [satellite] without excess and noise
-  std::vector<double> noise_m_;    // [satellite][draw], and then the drift
+  std::vector<double> noise_m_;    // [satellite][realization], and then the drift
   std::unordered_map<SatelliteSet, SetSolution, HashOfSet> sets_;
   SatelliteSet last_set_;
   const SetSolution* last_ = nullptr;

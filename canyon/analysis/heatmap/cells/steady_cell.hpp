@@ -46,7 +46,7 @@ class SteadyCell {
   void move_to(const Eigen::Vector3d& point, const raytrace::RayScene& scene);
   [[nodiscard]] PathNode trace(const Eigen::Vector3d& point);
   /// @param edges that may diffract signals here, ascending @param node next to the point @param statistics
-  /// whether layers over draws are requested
+  /// whether layers over realizations are requested
   void solve(const Eigen::Vector3d& point, std::span<const propagation::KnownEdge> edges,
              const PathNode& node, bool statistics, CellValues& values);
   /// A cell that is its own node.
@@ -98,7 +98,7 @@ class SteadyCell {
   double noise_sigma_m_ = 0;
   bool moves_;
   CellFix fix_;
-  std::vector<disturbance::Skyline> skylines_;  // [draw]
+  std::vector<disturbance::Skyline> skylines_;  // [realization]
   std::unordered_map<std::uint64_t, Reflector> reflectors_;
   std::unordered_map<std::uint64_t, std::vector<float>>
       obstacles_;                                   // by rounded arrival, at the current point

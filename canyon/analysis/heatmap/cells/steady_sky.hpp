@@ -61,10 +61,10 @@ class SteadySky {
 
  private:
   struct NoiseSamples {
-    std::vector<std::uint64_t> seeds;                         ///< [draw]
-    std::vector<sky::RangeErrorModel> space;                  ///< [draw], or empty
+    std::vector<std::uint64_t> seeds;                         ///< [realization]
+    std::vector<sky::RangeErrorModel> space;                  ///< [realization], or empty
     std::vector<sky::RangeErrorModel::Reception> receptions;  ///< likewise, at the tile's centre
-    std::vector<disturbance::Shadowing> shadowings;           ///< [draw], or empty
+    std::vector<disturbance::Shadowing> shadowings;           ///< [realization], or empty
   };
   /// Code loops that already exist.
   using Locks = std::vector<std::shared_ptr<const tracking::BatchCodeLock>>;
@@ -78,8 +78,8 @@ class SteadySky {
   std::vector<SteadySatellite> satellites_;
   std::vector<FixSatellite> fix_satellites_;
   std::vector<Eigen::Vector3d> directions_;
-  std::vector<tracking::ChannelModel> models_;  // [draw]
-  std::vector<disturbance::Skyline> skylines_;  // [draw]
+  std::vector<tracking::ChannelModel> models_;  // [realization]
+  std::vector<disturbance::Skyline> skylines_;  // [realization]
 };
 
 }  // namespace canyon::heatmap

@@ -43,7 +43,7 @@ std::optional<std::size_t> fix_layer(std::span<const Layer> layers) {
     return static_cast<std::size_t>(found - layers.begin());
   };
   if (const auto i = first([](Layer layer) { return layer == Layer::Availability; })) return i;
-  // Layers of single fixes are preferred to layers over draws, which have values if one of them has a fix.
+  // Layers of single fixes are preferred to those over realizations, which have values if any has a fix.
   if (const auto i = first([](Layer layer) { return nan_without_fix(layer) && !info(layer).needs_samples; }))
     return i;
   if (const auto i = first([](Layer layer) { return layer == Layer::SatellitesUsed; })) return i;

@@ -29,7 +29,7 @@ struct Route {
   std::vector<Corner> corners;
   [[nodiscard]] double length_m() const { return corners.back().travelled_m; }
 
-  /// @param way_m ascending from call to call @param hint kept by the caller, 0 at first
+  /// @param travelled_m ascending from call to call @param hint kept by the caller, 0 at first
   [[nodiscard]] Corner at(double travelled_m, std::size_t& hint) const {
     while (hint + 2 < corners.size() && corners[hint + 1].travelled_m < travelled_m) ++hint;
     if (corners.size() == 1) return corners.front();
