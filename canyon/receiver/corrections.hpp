@@ -42,8 +42,8 @@ class CodeCorrections {
   /// Replaces the station's epoch. Removes its clock, the mean over the satellites of each constellation:
   /// corrections of a drifting clock would contradict the Doppler.
   /// @param sky the receiver's ephemerides
-  /// @param fix its atmosphere models, which the receiver's fix applies, are removed here too, so that they
-  /// cover the difference between the positions
+  /// @param fix atmosphere models of the receiver's fix. Corrections exclude them, since the fix computes
+  /// them at its own position
   /// @param shared_m deviation of the errors in space in the station's codes
   /// @param apart_m deviation of their difference at the receiver
   /// Throws InputError as positioning::solve_fix() does.

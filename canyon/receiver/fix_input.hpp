@@ -99,7 +99,8 @@ class FixInput {
 
   FixInputOptions options_;
   positioning::FixOptions fix_;
-  // In every pseudorange; rate_per_s is of the rest of sigma_m, the errors of the code loop.
+  // Slow error of every pseudorange; the rest of sigma_m is the error of the code loop, with a rate of its
+  // own.
   positioning::CodeNoise noise_;
   double shared_m_;                                                        ///< errors from space in noise_
   std::map<std::pair<gnss::SatelliteId, std::size_t>, Carrier> carriers_;  // and index_of() the signal

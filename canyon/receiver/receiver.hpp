@@ -48,8 +48,8 @@ struct SignalObservation {
   double noise_m = 0;  ///< OU value and code loop noise in the pseudorange; 0 without measurement
   /// Rate of the code loop's noise: errors tau apart correlate by e^(-rate tau); 0 without it.
   double code_rate_per_s = 0;
-  /// Excess + noise + uncorrected terms of space (in the signal minus the fix's corrections; negative if the
-  /// fix corrects an absent term); 0 without measurement.
+  /// Excess + noise + uncorrected errors in space (those in the signal minus the fix's corrections, so
+  /// negative if the fix corrects an absent error); 0 without measurement.
   double pseudorange_error_m = 0;
   /// Each term of the pseudorange, in the order of range_terms(); 0 without measurement.
   std::array<double, kMaxRangeTerms> terms_m{};
@@ -118,7 +118,7 @@ struct ReceiverEpoch {
   geodesy::GpsTime receiver_time;
   double clock_bias_s = 0;             ///< of the receiver, true
   double clock_drift = 0;              ///< of the receiver, true [s/s]
-  disturbance::ReceiverEvents events;  ///< at this epoch; instants here are right for any reported date
+  disturbance::ReceiverEvents events;  ///< at this epoch; their instants are true, whatever date is reported
   std::vector<SatelliteObservation> satellites;  ///< above the horizon, ascending
   positioning::Fix fix;  ///< of this epoch's measurements; with a position filter the filter's result
   positioning::Fix single_epoch;  ///< by this epoch's measurements alone, without filters
@@ -133,8 +133,8 @@ struct ReceiverEpoch {
   [[nodiscard]] geodesy::GpsTime reported(geodesy::GpsTime instant) const;
   /// The reported GPS time of the epoch.
   [[nodiscard]] geodesy::GpsTime reported_time() const { return reported(time); }
-  /// The instant whose UTC the receiver reports: off by whole weeks if its date is, with the leap seconds
-  /// that satellites send today.
+  /// The instant whose UTC the receiver reports: off by whole weeks if its date is off. Leap seconds are
+  /// those that satellites send at this epoch.
   [[nodiscard]] geodesy::GpsTime reported_utc() const;
 };
 
@@ -157,9 +157,9 @@ struct EpochContext {
   const VehicleSensors* sensors = nullptr;
 };
 
-/// The stateful part: disturbances, clock, noise, channels and filters of one antenna. Equal options and seed
-/// give equal results, independent of other receivers and (with independent_noise: false) of its name. Epochs
-/// must be given in order of time.
+/// The state of one antenna's receiver: disturbances, clock, noise, channels and filters. Equal options and
+/// seed give equal results, independent of other receivers and (with independent_noise: false) of its name.
+/// Epochs must be given in order of time.
 ///
 /// If corrections of at most CorrectionOptions::max_age_s exist, the fix is differential: it uses the
 /// satellites with a correction (CodeCorrections). Without a solution or corrections, it uses all.
@@ -169,8 +169,8 @@ struct EpochContext {
 class Receiver {
  public:
   /// @param disturbances applied after that of SignalOptions::shadowing, in this order
-  /// @param models replace its own weights and position; empty: its own
-  /// Throws InputError if options.validate() does, or a disturbance cannot be made.
+  /// @param models replace the receiver's weights and position solver; empty: none. Throws InputError if
+  /// options.validate() does, or a disturbance cannot be made.
   Receiver(ReceiverOptions options, std::uint64_t seed,
            std::span<const disturbance::DisturbanceSource> disturbances = {}, const ModelSource& models = {});
   ~Receiver();

@@ -81,8 +81,8 @@ struct ReceiverRunner::Impl {
     sensors = vehicle_sensors(config.sensors, config.receiver());
   }
 
-  /// Its options depend on sky, errors and city. Its disturbances, then the streets along its route (none for
-  /// a fixed receiver), then its faults.
+  /// The receiver's options depend on sky, errors and city. Order of disturbances: its own, the streets along
+  /// its route (none for a fixed receiver), its faults.
   [[nodiscard]] receiver::Receiver make_receiver() const {
     const ReceiverConfig& of = config.receiver();
     std::vector<disturbance::DisturbanceSource> sources =

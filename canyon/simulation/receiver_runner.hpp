@@ -54,7 +54,7 @@ class ReceiverRunner {
   /// The instant at a host's time [s] after start(). InputError for a time not finite or beyond 1e9 s.
   [[nodiscard]] geodesy::GpsTime at(double seconds) const;
   [[nodiscard]] const Environment& environment() const;
-  /// In use until observe() builds the next one: of nominal skies once a day.
+  /// The sky in use, until observe() builds the next one: once a day if the sky is nominal.
   [[nodiscard]] const BuiltSky& sky() const;
   /// The same sky, for further receivers.
   [[nodiscard]] std::shared_ptr<const BuiltSky> shared_sky() const;

@@ -22,7 +22,7 @@ namespace canyon::simulation {
 /// The intervals of a sensor's samples, one after another, from the start of a run.
 class SampleTimes {
  public:
-  /// Since the start of the run [s], in whole nanoseconds, as all instants.
+  /// Seconds since the start of the run, rounded to whole nanoseconds like all instants.
   struct Interval {
     double from_s = 0, to_s = 0;
   };
@@ -30,7 +30,7 @@ class SampleTimes {
   SampleTimes(geodesy::GpsTime begin, double rate_hz) : begin_(begin), rate_hz_(rate_hz) {}
 
   [[nodiscard]] geodesy::GpsTime begin() const { return begin_; }
-  /// Intervals that pass() or skip() has passed.
+  /// Number of intervals passed by pass() or skip().
   [[nodiscard]] std::int64_t count() const { return count_; }
   [[nodiscard]] double end_s() const { return end_of(count_); }
 

@@ -73,10 +73,10 @@ class Simulation {
   /// not outlive this.
   [[nodiscard]] SensorRun sensors() const;
 
-  /// The pure part runs on `threads`, receivers on the calling thread, each after its base (sinks get them in
-  /// the order of the scenario): the same seed gives the same bytes. Every call starts from the beginning. If
-  /// a sink or the pure part throws, epochs before it have been written, every other sink is finished, and
-  /// the exception is rethrown.
+  /// The pure part (arrivals of signals) runs on `threads`, receivers on the calling thread, each after its
+  /// base (sinks get them in the order of the scenario): the same seed gives the same bytes. Every call
+  /// starts from the beginning. If a sink or the pure part throws, epochs before it have been written, every
+  /// other sink is finished, and the exception is rethrown.
   // Callers may need only the sinks. NOLINTNEXTLINE(modernize-use-nodiscard)
   RunResult run(const std::vector<EpochSink*>& sinks, const RunOptions& options = {}) const;
 

@@ -16,7 +16,7 @@ namespace canyon::validation {
 /// p5, p25, p50, p75, p95.
 inline constexpr std::array<double, 5> kQuantiles{0.05, 0.25, 0.5, 0.75, 0.95};
 
-/// Of no values: NaN.
+/// Quantiles of no values: NaN.
 inline constexpr std::array<double, 5> kNoQuantiles = [] {
   std::array<double, 5> none{};
   none.fill(std::numeric_limits<double>::quiet_NaN());
@@ -167,9 +167,9 @@ struct PooledPart {
   std::size_t first = 0, count = 0;
   std::span<const Comparison> runs;
 };
-/// All concatenated, as one comparison without streets, for metrics() of all observations. Recordings of a
-/// shorter interval are decimated to the longest of all, so that a second weighs the same in each; if a
-/// recording has fewer runs than another, its runs are repeated.
+/// All recordings concatenated, as one comparison without streets, for metrics() of all observations.
+/// Recordings of a shorter interval are decimated to the longest of all, so that a second weighs the same in
+/// each; if a recording has fewer runs than another, its runs are repeated.
 struct Pooled {
   Comparison comparison;
   std::vector<Comparison> runs;

@@ -77,7 +77,7 @@ struct FilterState {
   std::array<std::optional<geodesy::GpsTime>, gnss::kConstellations.size()> system_astray_since;
   std::array<bool, gnss::kConstellations.size()> known{};  ///< the constellation has a clock
   StateVector x = StateVector::Zero();
-  StateMatrix p = StateMatrix::Zero();  ///< for the gains: for white errors by the weights
+  StateMatrix p = StateMatrix::Zero();  ///< for the gains: of white errors with the weights' variances
   /// Covariance of the state's error under these gains, with time-correlated errors as large as residuals.
   StateMatrix reported_covariance = StateMatrix::Zero();
   std::vector<CorrelatedError> lasting;

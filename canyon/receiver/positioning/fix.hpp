@@ -151,7 +151,8 @@ struct [[nodiscard]] Fix {
   std::optional<Dop> dop;
   std::vector<gnss::SatelliteId> used;  ///< ascending; empty unless solved
   std::vector<double> residuals_m;      ///< measured minus computed, one per used
-  /// By RAIM, in order; by a position filter's gate, ascending. If also in `used`: their Doppler only.
+  /// Excluded by RAIM, in order, or by a position filter's gate, ascending. Of satellites that are also in
+  /// `used` only the Doppler is excluded.
   std::vector<gnss::SatelliteId> excluded;
   /// RAIM's test passed on the used satellites; empty if off or without redundancy.
   std::optional<bool> consistent;

@@ -267,7 +267,7 @@ std::optional<Fix> BaselineFilter::update(geodesy::GpsTime receiver_time,
   if (age_s > (moving_ ? kSameEpoch_s : max_age_s_) || age_s < -kAhead_s) return std::nullopt;
   if (!go_to(receiver_time, alone)) return std::nullopt;
   if (begins_) {
-    // The troposphere at a fix without phases is wrong by its height: repeats from the result.
+    // A fix without phases has a height error, so its troposphere is wrong: repeats from the result.
     BaselineFilter first = *this;
     if (const auto near = first.solve(receiver_time, rover, sky, alone)) position_ = near->position_ecef;
   }
@@ -292,7 +292,7 @@ std::optional<Fix> BaselineFilter::solve(geodesy::GpsTime receiver_time,
   Fix fix = alone;
   fix.used.clear();
   fix.residuals_m.clear();
-  // Dopplers alone.
+  // Keeps only satellites whose Doppler was excluded.
   std::erase_if(fix.excluded, [&alone](gnss::SatelliteId id) {
     return !std::binary_search(alone.used.begin(), alone.used.end(), id);
   });

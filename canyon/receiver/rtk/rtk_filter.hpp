@@ -78,8 +78,8 @@ class RtkFilter {
 
   /// @param receiver_time the rover's own clock reading at reception
   /// @param rover its measurements, those of a satellite adjacent
-  /// @param alone the fix without phases (single or differential): its position starts the filter, its
-  /// velocity is an observation, and clocks and the count of satellites are its
+  /// @param alone the fix without phases (single or differential): its position starts the filter and its
+  /// velocity is an observation; the result has its clocks and count of satellites
   ///
   /// A Float or Fixed fix with status Fix and its Fix::baseline. Its covariance is that of the filter times
   /// max(1, s^2), s^2 the mean square of normalised innovations of the last epochs, or of normalised

@@ -66,7 +66,7 @@ class ChannelModel {
   /// kappa / R(0) (spectral_separation_per_hz(); J. W. Betz, Navigation 48(4), 2001), over the power gain of
   /// gain_under_interference(). C/N0 minus this is the effective C/N0. @param id satellite whose copies are
   /// not counted
-  /// @param carrier_hz of the satellite; @param received_hz the same as received
+  /// @param carrier_hz of the satellite; @param received_hz that carrier as received
   [[nodiscard]] double noise_factor(const gnss::Signal& signal, gnss::SatelliteId id, double carrier_hz,
                                     double received_hz, std::span<const ReceivedWave> waves);
   /// Interference in the front end around a signal's carrier over its own noise [1]. Without a filter the

@@ -177,9 +177,9 @@ class CodeTracker {
   ///
   /// At each step the power at the replica is compared with that at other peaks, one on the early and one on
   /// the late side: the neighbouring peak of the correlation function, and, early, the strongest path that is
-  /// more than a spacing and less than 1.5 chips ahead (a later one can only be an echo). The loop jumps by
-  /// DllOptions::peak_check_s. Uses the mean of the count, with the noise of C/N0 in the comparisons (normal
-  /// approximation).
+  /// more than a spacing and less than 1.5 chips ahead (a later one can only be an echo). The loop jumps
+  /// after DllOptions::peak_check_s. The count is a mean over noisy comparisons (normal approximation of the
+  /// noise by C/N0).
   ///
   /// @param unit_cn0_hz C/N0 as a ratio [Hz] of a path of power 1
   /// @param bandwidth_ratio used fraction of the loop's bandwidth (CodeLoopNoise), (0, 1]
@@ -191,7 +191,7 @@ class CodeTracker {
 
   /// From the main peak of |R| to its neighbours [chips]; 0: none above a quarter of it.
   [[nodiscard]] double side_peak_chips() const { return side_peak_chips_; }
-  /// Features of D are at least eight of these wide [chips].
+  /// Step of the search [chips]: features of D are at least eight steps wide.
   [[nodiscard]] double step_chips() const { return step_chips_; }
   /// Error of the code [chips] over D / (sum of the correlators' powers), near the peak of a single path.
   [[nodiscard]] double gain_chips() const { return gain_chips_; }

@@ -91,7 +91,7 @@ std::vector<UniformSpline::Value> box_means(const std::vector<UniformSpline::Val
 }  // namespace
 
 void SmoothMotion::add(double begin_s, double duration_s, const std::function<MotionKnot(double)>& motion) {
-  // Knots are at -kReach_s + k kStep_s of the time of `motion`; the means need kBox - 1 more on either side.
+  // Knots are at -kReach_s + k kStep_s of the motion's time; the means need kBox - 1 more on either side.
   const auto count = static_cast<std::size_t>(std::ceil((duration_s + 2 * kReach_s) / kStep_s)) + 1;
   constexpr int kMore = kBox - 1;
   std::vector<UniformSpline::Value> values;

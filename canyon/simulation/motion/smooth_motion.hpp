@@ -60,7 +60,7 @@ class SmoothMotion {
 
   /// Adds a segment that moves from `begin_s` on. Precondition: `begin_s` is not before end_s(). @param
   /// distance motion at seconds after its own begin; called within [-kReach_s, duration_s + kReach_s] @param
-  /// duration_s of `route`; the segment lasts 2 kReach_s longer
+  /// duration_s of that motion; the segment lasts 2 kReach_s longer
   void add(double begin_s, double duration_s, const std::function<MotionKnot(double)>& motion);
 
   /// End of the last segment; 0 without any.

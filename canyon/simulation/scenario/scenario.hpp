@@ -45,7 +45,7 @@ void visit(options::Visitor& v, MapOptions& o);
 /// "standing", "driving at 8 m/s".
 [[nodiscard]] std::string describe(const MapOptions& options);
 
-// Programs may also name them in this namespace.
+// Also available in this namespace.
 using samples::band_centre_hz;
 using samples::name;
 using samples::SampleFormat;
@@ -204,8 +204,8 @@ void check_corrections(const std::vector<ReceiverConfig>& receivers, std::size_t
 [[nodiscard]] std::optional<std::size_t> index_of_base(const std::vector<ReceiverConfig>& receivers,
                                                        const ReceiverConfig& receiver);
 
-/// A scenario of a host that supplies city and motion. A host's has one receiver, then the base in the host's
-/// world, if any; a run's or session's has all receivers.
+/// A scenario of a host that supplies city and motion. A host's scenario has one receiver, then the base in
+/// the host's world, if any; the scenario of a run or session has all receivers.
 struct RunnerConfig : Scenario {
   RunnerConfig() { receivers.resize(1); }
   explicit RunnerConfig(Scenario scenario) : Scenario(std::move(scenario)) {}
