@@ -43,8 +43,7 @@ struct BuildReport {
   std::size_t roofs_default = 0;      ///< shaped roofs without a height in the map
   std::size_t materials_default = 0;  ///< facades without a known material
   std::size_t repaired = 0, skipped = 0;
-  std::size_t foliage_left_out =
-      0;  ///< trees, tree rows and woods of the map, because foliage is not enabled
+  std::size_t foliage_left_out = 0;  ///< trees, tree rows and woods if foliage is not enabled
 };
 
 struct BuiltCity {

@@ -39,8 +39,7 @@ class VirtualStations {
     std::optional<Eigen::Vector3d> reported_ecef;
     simulation::VirtualStation station;
     std::unique_ptr<Encoder> encoder;
-    Eigen::Vector3d antenna_position_ecef =
-        Eigen::Vector3d::Zero();  ///< of the station that `encoder` reports
+    Eigen::Vector3d antenna_position_ecef = Eigen::Vector3d::Zero();  ///< of `encoder`'s station
   };
 
   const Format* format_;

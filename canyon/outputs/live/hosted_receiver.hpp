@@ -27,8 +27,8 @@ struct HostOptions {
   /// One receiver and, if it uses corrections of another receiver, that one as its base.
   simulation::RunnerConfig live;
   bool named = false;  ///< `name` is the user's; else the receiver has a default name
-  double pose_timeout_s =
-      0.5;  ///< maximum age of an external pose in the host's time; older ones are not used as truth; > 0
+  /// Maximum age of an external pose in the host's time; older ones are not used as truth; > 0.
+  double pose_timeout_s = 0.5;
   std::vector<std::string> streams;  ///< each FORMAT=ADDRESS (encoding::parse_stream())
 };
 

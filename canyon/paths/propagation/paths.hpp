@@ -28,8 +28,7 @@ struct Incidence {
   double incidence_rad = 0;  ///< between ray and normal, [0, pi/2]
   city::Material material = city::Material::Unknown;
   std::optional<double> thickness_m;  ///< of the slab; empty: the material's default
-  double plane_rotation_rad =
-      0;  ///< rotation of the plane of incidence since the last reflection; 0 for the first
+  double plane_rotation_rad = 0;  ///< of the plane of incidence since the last reflection; 0 for the first
   /// Fraction [0, 1] of the smooth surface's amplitude that continues in the mirror direction: sqrt(1 - S^2)
   /// of a wall that scatters with the coefficient S (DiffuseOptions), by the energy balance of the effective
   /// roughness model (V. Degli-Esposti, IEEE Trans. AP 49(7), 2001, pp. 1111-1113).
@@ -77,10 +76,9 @@ enum class PathKind : std::uint8_t {
 struct Path : PathGeometry {
   PathKind kind = PathKind::Direct;
   std::uint8_t order = 0;  ///< number of reflections: 0 for Direct, 1 or 2 for Reflected
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< of reflection, on the edge, on the facade
-  Eigen::Vector3d arrival =
-      Eigen::Vector3d::Zero();  ///< unit, from the antenna towards the origin of the wave
-  std::uint32_t triangle = 0;   ///< that reflects or scatters, of `instance`; 0 for Diffracted
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< of reflection, on the edge, on the facade
+  Eigen::Vector3d arrival = Eigen::Vector3d::Zero();  ///< unit, from the antenna to the wave's origin
+  std::uint32_t triangle = 0;  ///< that reflects or scatters, of `instance`; 0 for Diffracted
   std::uint32_t instance = 0;
 
   Eigen::Vector3d far_point = Eigen::Vector3d::Zero();  ///< reflection point next to the satellite (order 2)
