@@ -95,7 +95,7 @@ class RecordedDrive {
                                                 const validation::Comparison& comparison,
                                                 const std::vector<validation::Comparison>& runs) const;
   /// The city of a scenario, sampled by its seed, at its position in the map, under the recording's sky. The
-  /// first call reads the city's files again; later calls sample from that.
+  /// first call reads the city's files again; later calls sample from that city.
   [[nodiscard]] std::unique_ptr<simulation::Environment> sampled_environment(simulation::Scenario scenario);
   [[nodiscard]] validation::Registration registration() const {
     return alignment_ ? alignment_->registration : validation::Registration{};

@@ -11,8 +11,7 @@
 
 namespace canyon::adapters::gazebo_classic {
 
-/// canyon.msgs.GnssReceiver (adapters/common/msgs) on ~/MODEL/gnss, or ~/MODEL/SENSOR/gnss with a
-/// sensor.
+/// canyon.msgs.GnssReceiver (adapters/common/msgs) on ~/MODEL/gnss, or ~/MODEL/SENSOR/gnss with a sensor.
 [[nodiscard]] std::unique_ptr<live::EpochPublisher> make_gazebo_publisher(
     const gazebo::transport::NodePtr& node, const ReceiverIdentity& identity);
 

@@ -1,5 +1,4 @@
-// No header declares it: the program begins here.
-// One receiver as a process: `ros2 run canyon_ros2 receiver`.
+// No header declares it: the program begins here. One receiver as a process: `ros2 run canyon_ros2 receiver`.
 #include <memory>
 #include <rclcpp/rclcpp.hpp>
 

@@ -19,11 +19,11 @@ void fill_gnss_message(const ReceiverIdentity& identity, const live::ReceiverRep
 /// Writes the receiver's solution in the format in which gz-sensors' NavSat sensor writes the truth:
 /// `message` is a gz.msgs.NavSat (or a type with its functions). False, with `message` unchanged, if there is
 /// no fix with a velocity, or only a prediction (FixKind::DeadReckoning): the message cannot express this,
-/// and readers treat every message as a good 3D fix.
+/// and readers treat every message as a good 3D fix. Latitude and longitude are in degrees (WGS 84), altitude
+/// [m] as in the world's spherical_coordinates (ellipsoidal, like <elevation>), velocity [m/s] in
+/// east-north-up at the antenna. The stamp is simulated time.
 /// @param frame_id name of the frame, as in gz-sensors: the sensor's, "iris::base_link::gps"
-/// @param sequence of this sensor's messages, from 0 Latitude and longitude in degrees (WGS 84), altitude [m]
-/// as in the world's spherical_coordinates (ellipsoidal, like <elevation>), velocity [m/s] in east-north-up
-/// at the antenna; the stamp is simulated time.
+/// @param sequence of this sensor's messages, from 0
 template <typename NavSat>
 [[nodiscard]] bool fill_navsat(const live::ReceiverReport& report, const std::string& frame_id,
                                std::uint64_t sequence, NavSat& message) {

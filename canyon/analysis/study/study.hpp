@@ -71,7 +71,7 @@ class StudyPlan {
   /// Approximate bytes of the results.
   [[nodiscard]] double estimated_bytes() const { return bytes_; }
   [[nodiscard]] double epochs_per_run() const { return epochs_; }
-  /// Of the file of the trajectory.
+  /// Report of the reader of the trajectory's file.
   [[nodiscard]] const ReadReport& report() const { return report_; }
   /// The axis of drives, or null.
   [[nodiscard]] const Axis* drives() const;

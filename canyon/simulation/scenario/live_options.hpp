@@ -56,7 +56,7 @@ struct PoseSourceOptions {
   std::vector<std::string> messages;   ///< MAVLink messages to use; empty: those with the true pose
   WorldAxes axes = WorldAxes::ENU;
   BodyAxes body = BodyAxes::FLU;
-  /// From a room to the city: position = origin + R(heading) * scale * position in the room.
+  /// From the sender's frame (a room) to the city: origin + R(heading) * scale * position in the room.
   Eigen::Vector3d origin_enu_m = Eigen::Vector3d::Zero();
   double heading_rad = 0;  ///< direction of the room's first ENU axis, from east counter-clockwise
   double scale = 1;        ///< metres in the city for one in the room

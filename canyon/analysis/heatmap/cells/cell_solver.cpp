@@ -255,7 +255,7 @@ Vector3d error_of(const positioning::Fix& fix, const Vector3d& truth_ecef) {
          (fix.position_ecef - truth_ecef);
 }
 
-/// CellMethod::Run.
+/// Receivers that are run in each cell.
 class RunCells final : public CellSolver {
  public:
   /// @param rtk computes the layers is_rtk_layer() instead of those is_solver_layer()

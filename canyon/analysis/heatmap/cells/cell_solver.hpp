@@ -44,17 +44,17 @@ enum class CellMethod : std::uint8_t {
   /// Geometry alone, for receivers whose signals have no strength: cells that receive the same satellites
   /// have one common fix (solve_shared()).
   Shared,
-  /// The steady state of loops and fix, without the transient: the same realizations as Run, the same
-  /// strengths and random phases of paths, the loops' points of rest (tracking::BatchCodeLock), the fix
-  /// linearised at the true position (CellFix). Paths are traced at one cell of each block of cells (a node)
-  /// and constructed from it at the cells around it (Propagator::trace_first_order()); paths that no node
-  /// near a cell has are missed there; diffuse paths are those of the block's node. Errors: docs/heatmap.md.
+  /// The steady state of loops and fix, without the transient: the same realizations as receivers that are
+  /// run, the same strengths and random phases of paths, the loops' points of rest (tracking::BatchCodeLock),
+  /// the fix linearised at the true position (CellFix). Paths are traced at one cell of each block of cells
+  /// (a node) and constructed from it at the cells around it (Propagator::trace_first_order()); paths that no
+  /// node near a cell has are missed there; diffuse paths are those of the block's node. Errors:
+  /// docs/heatmap.md.
   Steady,
   /// A receiver::Receiver for each cell and realization (ReceiverRealizations). Values without noise are
-  /// those of
-  /// realization 0 of a receiver without range errors (satellite, atmosphere), with C/N0 reported without
-  /// noise, without per-satellite constants, unmapped shadows and traffic. The noise is removed from its
-  /// pseudoranges (its mean stays), which are solved by positioning::solve_fix() with the receiver's own
+  /// those of realization 0 of a receiver without range errors (satellite, atmosphere), with C/N0 reported
+  /// without noise, without per-satellite constants, unmapped shadows and traffic. The noise is removed from
+  /// its pseudoranges (its mean stays), which are solved by positioning::solve_fix() with the receiver's own
   /// weights. Availability of signals with strength is the fraction of realizations that have a fix.
   ///
   /// Layers of RTK: the receiver of each realization is stationary, has tracked for long
@@ -84,10 +84,10 @@ struct CellReceiver {
   std::optional<Movement> movement;  ///< of Steady; empty: it is stationary in each cell
 };
 
-/// Computes layers of a tile's cells at one time. Each kind computes a part of a receiver, without the
-/// effects that the receiver's cells do not need by cell_method(). Directions are those of the tile's centre,
-/// except in running receivers. Work is distributed over the calling task arena's threads. Values do not
-/// depend on the threads, nor on the tiles of a grid except for the directions. Const, thread-safe.
+/// Computes layers of a tile's cells at one time. Each kind of solver computes a part of a receiver, without
+/// effects that cell_method() shows to be unnecessary. Directions are those of the tile's centre, except in
+/// running receivers. Work is distributed over the calling task arena's threads. Values do not depend on the
+/// threads, nor on the tiles of a grid except for the directions. Const, thread-safe.
 ///
 /// Layers over realizations count those with a fix. Quantiles are definition 7 of Hyndman and Fan (The
 /// American Statistician 50, 1996). Vertical is along the ellipsoid's normal.

@@ -43,9 +43,10 @@ void visit(options::Visitor& v, Request& o);
 struct MapRunOptions {
   int threads = 0;                          ///< 0: as many as cores; at most that
   const std::atomic<bool>* stop = nullptr;  ///< polled between the times and altitudes of a unit
-  /// Cells (times altitudes and times) done, those of resumed units included, and the total, for this process
-  /// (of several: an equal part, until it has done more). Called from any thread, but one call at a time; in
-  /// order; at the beginning, at the end, and at most ten times a second between.
+  /// Cells done (counted for each altitude and time, also those of resumed units) and their total. With
+  /// several processes the total is this process's equal part, until it has done more. Called from any
+  /// thread, but one call at a time, in order: at the beginning, at the end, and at most ten times a second
+  /// between.
   std::function<void(std::size_t, std::size_t)> progress;
   /// Several processes may compute one store. This is their number; `next` returns the next index in their
   /// common queue of missing units (WorkQueue). All processes must have the same queue: each calls
@@ -61,7 +62,7 @@ struct MapRunResult {
   std::size_t computed = 0, resumed = 0;  ///< by this process; found in the store, by all
   bool interrupted = false;               ///< the run ended with units of this process missing
   double wall_s = 0;
-  std::size_t cells_computed = 0;  ///< in this run, times altitudes and times, of finished units
+  std::size_t cells_computed = 0;  ///< in this run, for each altitude and time, of finished units
 };
 
 /// A request over a scenario's environment. Const, thread-safe.
@@ -76,7 +77,7 @@ class Heatmap {
   /// is fixed. InputError if motion is requested for another receiver.
   /// @param environment must outlive it, and has no movable instances
   /// @param input_key identifies city and sky for the store's key (files and options)
-  /// @param base at a fixed position, for layers of RTK; InputError if such a layer has none; null: none
+  /// @param base at a fixed position, for layers of RTK (InputError if such a layer has no base); null: none
   Heatmap(const simulation::Environment& environment, simulation::ReceiverConfig receiver, Request request,
           std::string input_key, const simulation::ReceiverConfig* base = nullptr);
   ~Heatmap();
