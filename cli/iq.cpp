@@ -117,7 +117,7 @@ void add_iq(Command& app) {
   add("--rate", "rate_hz");
   add("--intermediate-hz", "intermediate_hz").formerly("--if");
   add("--bandwidth", "bandwidth_hz");
-  add_switch(command, "--real", arguments.samples, "real");
+  add_switch(command, "--real", arguments.samples, "real_valued");
   add("--format", "format");
   add("--noise-level", "noise_level");
   command.add_flag("--no-noise", arguments.no_noise, "no noise of the front end");

@@ -593,7 +593,7 @@ TEST(ReceiverSignal, BadOptionsNameTheReceiver) {
                     observe(receiver, four_systems(), kTime, open_sky(four_systems(), kTime, kAntenna)));
               }),
               testing::AllOf(testing::HasSubstr("rover"), testing::HasSubstr("Galileo"),
-                             testing::HasSubstr("closer")));
+                             testing::HasSubstr("reduce their spacing")));
 }
 
 }  // namespace

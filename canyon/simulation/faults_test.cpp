@@ -523,7 +523,7 @@ TEST(FaultTimeline, ChangesWhileAReceiverRuns) {
   EXPECT_THAT(error_of([&] { live.add_fault("outage: {satellites: J02}", "socket"); }).what(),
               HasSubstr("socket:1: fault 'outage 3': the sky has no J02"));
   EXPECT_THAT(error_of([&] { live.add_fault("{name: later, outage: {}}"); }).what(),
-              HasSubstr("'later' names two faults"));
+              HasSubstr("two faults have the name 'later'"));
   EXPECT_EQ(host.step(0).observed.clock_bias_s, 0) << "as constructed";
   EXPECT_THAT(live.faults(), IsEmpty());
 }

@@ -735,7 +735,7 @@ TEST(Simulation, NamesOfAListAreGivenOnce) {
   EXPECT_THAT(fault(kOpen + rest + "streets: {enabled: true, vehicle_fractions: [car=80, car=20]}\n"),
               HasSubstr("vehicle_fractions: 'car' is given twice"));
   EXPECT_THAT(fault("city: {synthetic: {}, facades: {shares: [concrete=1, concrete=2]}}\n" + rest),
-              HasSubstr("shares: 'concrete' is given twice"));
+              HasSubstr("fractions: 'concrete' is given twice"));
 }
 
 }  // namespace

@@ -463,7 +463,7 @@ TEST(Signals, WrongChoicesAreToldTheRightOnes) {
   EXPECT_THAT(message("{name: a, profile: ideal, elevation_mask_deg: 10, tracks: [L1CA, E7]}"),
               AllOf(HasSubstr("'E7'"), HasSubstr("E5a")));
   EXPECT_THAT(message("{name: a, profile: ideal, elevation_mask_deg: 10, uses: [L5]}"),
-              AllOf(HasSubstr("use L5"), HasSubstr("tracks")));
+              AllOf(HasSubstr("uses L5"), HasSubstr("tracks")));
   EXPECT_EQ(message("{name: a, profile: ideal, elevation_mask_deg: 10, uses: [L1CA]}"), "");
   EXPECT_THAT(message("{name: a, profile: ideal, elevation_mask_deg: 10, exclude_signals: [GEO]}"),
               AllOf(HasSubstr("'GEO'"), HasSubstr("BeiDou-GEO")));

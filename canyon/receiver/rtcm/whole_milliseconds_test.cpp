@@ -130,7 +130,7 @@ TEST(WholeMilliseconds, AWrongPlaceIsRefused) {
       decoder.feed(frame(station_message()) + frame(reduced(msm(System::GPS, 4, kTime, some_cells(0)), 3)),
                    kTime),
       IsEmpty());
-  EXPECT_THAT(decoder.status().problems, Contains(Key(HasSubstr("is the place of the station right?"))));
+  EXPECT_THAT(decoder.status().problems, Contains(Key(HasSubstr("check the position of the station"))));
 }
 
 TEST(WholeMilliseconds, PhasesAloneAreNamed) {
@@ -139,7 +139,7 @@ TEST(WholeMilliseconds, PhasesAloneAreNamed) {
       decoder.feed(frame(station_message()) + frame(reduced(msm(System::GPS, 4, kTime, some_cells(0)), 2)),
                    kTime),
       IsEmpty());
-  EXPECT_THAT(decoder.status().problems, Contains(Key(HasSubstr("message 1072: it has phases alone"))));
+  EXPECT_THAT(decoder.status().problems, Contains(Key(HasSubstr("message 1072: it has only phases"))));
 }
 
 // RTCM 10403.3, tables 3.5-1 to 3.5-3, 3.5-10: 1001 and 1009, of which 1002 and 1010 have more fields.

@@ -54,7 +54,7 @@ TEST(AndroidFixes, MayBeOfAnotherProviderAndAnOldApp) {
       false);
   EXPECT_NEAR(geodesy::degrees(file.trajectory.at(file.trajectory.begin()).position.latitude_rad), 48, 1e-9);
   EXPECT_THAT(file.report.warnings(),
-              testing::Contains(HasSubstr("no fix of GPS; those of fused are taken")));
+              testing::Contains(HasSubstr("no fix of GPS; those of fused are used")));
 }
 
 TEST(AndroidFixes, SayWhatALogWithoutThemHas) {

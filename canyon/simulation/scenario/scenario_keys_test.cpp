@@ -64,7 +64,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "{enabled: true, theta_per_s: 0.02, mu_m: 0, sigma_m_per_sqrt_s: 0.2, doppler_sigma_hz: 0.1, "
       "drift: {enabled: false}}";
   const std::string shadowing =
-      "{enabled: true, environment: urban, skyline: {share: 0.1, height_m: 6}, frame_m: 4}";
+      "{enabled: true, environment: urban, skyline: {obstacle_fraction: 0.1, height_m: 6}, frame_m: 4}";
   return {
       "city: {facades: {mix: europe, named: keep}, roofs_m: 2, mesh: f, origin: {latitude_deg: 1, "
       "longitude_deg: 2, "
@@ -88,7 +88,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "samples: true, "
       "pictures: true}\n"
       "map: {motion: driving, speed_mps: 5}\n"
-      "samples: {bands: [L1, E5a], rate_hz: 2e6, intermediate_hz: 5e5, bandwidth_hz: 1e6, real: true, noise: "
+      "samples: {bands: [L1, E5a], rate_hz: 2e6, intermediate_hz: 5e5, bandwidth_hz: 1e6, real_valued: true, noise: "
       "false, format: 2bit, noise_level: 0.5}\n"
       "live: {poses: [{from: 'stdin:', format: mavlink, id: a, receivers: [rover], messages: [SIM_STATE], "
       "axes: "
@@ -104,7 +104,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "vehicle_fractions: [car=80, bus=20], speed_mps: 9, cycle_s: 80, red_phase_s: 30, trees_per_km: 10, "
       "signs_per_km: "
       "20, awnings_per_km: 30, footbridges_per_km: 1, antenna_height_m: 2, azimuth_deg: 45}\n"
-      "city: {facades: {shares: [tile=25, metal=75]}, georeference: {sigma_m: 2, heading_sigma_deg: "
+      "city: {facades: {fractions: [tile=25, metal=75]}, georeference: {sigma_m: 2, heading_sigma_deg: "
       "0.5}, synthetic: {blocks_east: 2, blocks_north: "
       "2, block_size_m: 50, street_width_m: 20, "
       "min_height_m: 10, "
@@ -129,7 +129,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "max_pdop: 25, max_iterations: 20, convergence_m: 1e-6, weights: {weighting: cn0, elevation_a_m: 0.4, "
       "elevation_b_m: 0.5}, raim: {enabled: true, false_alarm: 1e-4, "
       "max_exclusions: 2}, corrections: {from: b, max_age_s: 30, rate_hz: 1, latency_s: 0.8, "
-      "jitter_s: 0.2, loss: 0.01, range_m: 5000, outages_s: [20, 40], station_error_m: [1, 2, 3], "
+      "jitter_s: 0.2, loss_fraction: 0.01, range_m: 5000, outages_s: [20, 40], station_error_m: [1, 2, 3], "
       "virtual_station: true}, rtk: "
       "{enabled: true, integers: hold, "
       "ratio: 2, min_success: 0.9, fix_glonass: true, ionosphere_gradient: 1e-6, troposphere_gradient: "
@@ -197,7 +197,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "{air_c: 10, warming_k: 5, "
       "warming_time_s: 60}, vibration: [{frequency_hz: 80, bandwidth_hz: 1, acceleration_mps2: 2, "
       "rate_deg_s: "
-      "3}], time_offset_s: 0.01, time_jitter_s: 0.001, lost: 0.01, frozen: [{from_s: 1, until_s: 2}]}, "
+      "3}], time_offset_s: 0.01, time_jitter_s: 0.001, loss_fraction: 0.01, frozen: [{from_s: 1, until_s: 2}]}, "
       "wheels: "
       "{rate_hz: 5, track_m: 1, tick_m: 0.1, "
       "scale: 0.01, slip: 0.01, slip_time_s: 2, direction: false, slips: [{from_s: 1, until_s: 2, factor: "
@@ -240,9 +240,9 @@ std::vector<std::string> scenarios_with_every_key() {
       "signal}}, "
       "{clock: {jump_s: 1e-3, drift: 1e-8}}, {time: {weeks: -1024, utc_s: 1}}, {antenna: {azimuth_from_deg: "
       "1, "
-      "azimuth_to_deg: 2, elevation_from_deg: 3, elevation_to_deg: 4, loss_db: 5, stage: behind, "
+      "azimuth_to_deg: 2, elevation_from_deg: 3, elevation_to_deg: 4, loss_db: 5, stage: after, "
       "period_s: 3, on_s: 1}}, {restart: "
-      "{kind: warm, search_s: 2, ephemeris_s: 20}}, {fix: {stuck: true, late_s: 1, repeat: 2, drop: 0.1, "
+      "{kind: warm, search_s: 2, ephemeris_s: 20}}, {fix: {stuck: true, late_s: 1, repeat: 2, drop_fraction: 0.1, "
       "east_m: 1, north_m: 2, up_m: 3, forward_m: 1, after_outage_s: 5, growth_s: 4, "
       "state: fixed, accuracy_m: 0.1, accuracy_factor: 2, without_satellites: true}}, {force: {fix: float, "
       "horizontal_m: 0.2, vertical_m: "
@@ -252,7 +252,7 @@ std::vector<std::string> scenarios_with_every_key() {
       "0.2, correlation_s: 1, phase_correlation_s: 3}}]\n",
       "city: {synthetic: {}}\nsky: {frozen: {satNum: 1, satAzimuth: 1, satElevation: 1}}\ninterval_s: 60\n"
       "trajectory: {position: {east_m: 1, north_m: 2, up_m: 3}}\n",
-      "city: {tiles: {file: f, error_m: 2, bbox: [1, 2, 3, 4], margin_m: 90, max_tiles: 9, elsewhere: true, "
+      "city: {tiles: {file: f, error_m: 2, bbox: [1, 2, 3, 4], margin_m: 90, max_tiles: 9, allow_external: true, "
       "cache: c, timeout_s: 5}}\nstart: 2026-06-01T12:00:00Z\n"
       "trajectory: {position: {latitude_deg: 1, longitude_deg: 2, height_m: 3}}\n",
       "city: {tiles: {url: 'https://example.org/tileset.json'}}\nstart: 2026-06-01T12:00:00Z\n"

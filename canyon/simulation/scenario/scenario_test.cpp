@@ -58,7 +58,7 @@ sky:
 trajectory:
   file: urbannav-tst-20190428/groundTruth_TST.csv
   format: urbannav                              # week, tow, latitude, longitude, height
-  height_above_terrain_m: 2.0                   # clamps; left out: the file's ellipsoidal heights
+  height_above_terrain_m: 2.0                   # clamps; default: the file's ellipsoidal heights
 receivers:
   - name: rover
     profile: paper                              # anything below overrides it
