@@ -53,7 +53,7 @@ std::FILE* open_nameless() {
   return ::fdopen(handle, "w+b");
 }
 
-/// Removes unlocked temporary files and folders. @param with_folders also those in the folder's own
+/// Removes unlocked temporary files and folders. @param with_folders also those in its subfolders
 void remove_left(const fs::path& folder, bool with_folders) {
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
@@ -63,7 +63,7 @@ void remove_left(const fs::path& folder, bool with_folders) {
         remove_left(entry.path(), false);
       continue;
     }
-    if (entry.path().filename().string().find(".live.part-") != std::string::npos) continue;  // a log's
+    if (entry.path().filename().string().find(".live.part-") != std::string::npos) continue;  // of a log
     const int handle = ::open(entry.path().c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     if (handle < 0) continue;
     if (::flock(handle, LOCK_EX | LOCK_NB) == 0) fs::remove_all(entry.path(), error);

@@ -27,8 +27,8 @@ namespace canyon::sky {
 
 /// Coefficients, and the system that broadcasts them.
 using SystemKlobuchar = std::map<gnss::System, gnss::Klobuchar>::value_type;
-/// The same by the formula of the coefficients' system: BeiDou uses geographic latitudes, a shell at 375 km
-/// and its own limits, and is scaled from B1I (BDS-SIS-ICD-B1I-3.0, 5.2.4.7).
+/// Broadcast ionosphere delay by the formula of the coefficients' system: BeiDou uses geographic latitudes, a
+/// shell at 375 km and its own limits, and is scaled from B1I (BDS-SIS-ICD-B1I-3.0, 5.2.4.7).
 [[nodiscard]] double klobuchar_delay_m(const SystemKlobuchar& system_entry, geodesy::GpsTime t,
                                        const geodesy::Geodetic& receiver, double azimuth_rad,
                                        double elevation_rad, double frequency_hz);

@@ -133,7 +133,7 @@ void Describer::one_of(std::initializer_list<std::string_view> keys, std::string
   description_.alternatives.push_back({path_, {keys.begin(), keys.end()}, !hint.empty()});
 }
 
-void Describer::require(std::string_view key, std::string_view /*cure*/) {
+void Describer::require(std::string_view key, std::string_view /*hint*/) {
   description_.required_sections[path_].emplace_back(key);
 }
 

@@ -214,14 +214,14 @@ class Visitor {
   /// Whether the fields of a kind are visited: Purpose::Describe visits all kinds, others the one in use.
   [[nodiscard]] bool wants(bool holds) const { return holds || describes(); }
   /// Declares that at most one of these keys may be given here; with `hint` exactly one is required.
-  virtual void one_of(std::initializer_list<std::string_view> /*keys*/, std::string_view /*cure*/ = {}) {}
+  virtual void one_of(std::initializer_list<std::string_view> /*keys*/, std::string_view /*hint*/ = {}) {}
   /// Declares that this key is required here.
-  virtual void require(std::string_view /*key*/, std::string_view /*cure*/ = {}) {}
+  virtual void require(std::string_view /*key*/, std::string_view /*hint*/ = {}) {}
   /// A removed key of this section, or a wrong word for another key: its use is an error with hint `hint`.
-  virtual void replaced(std::string_view /*key*/, std::string_view /*cure*/) {}
-  /// Another name, a path from this section, of the key `path`: readers treat it as that key.
+  virtual void replaced(std::string_view /*key*/, std::string_view /*hint*/) {}
+  /// Another name (a path from this section) of the key `path`: readers treat it as that key.
   virtual void other_name(std::string_view /*name*/, std::string_view /*path*/) {}
-  /// A name, a path from this section, that the key `path` had before: readers accept it, and tables omit it.
+  /// A former name (a path from this section) of the key `path`: readers accept it, and tables omit it.
   virtual void former_name(std::string_view /*name*/, std::string_view /*path*/) {}
   /// Whether the key is given in the section that is read.
   [[nodiscard]] virtual bool has(std::string_view /*key*/) const { return false; }

@@ -24,7 +24,7 @@ struct Ray {
   double max_range_m = std::numeric_limits<double>::infinity();
 };
 
-/// Throws InputError if `position` is not finite, or more than 10,000 km from the origin of its frame:
+/// Throws InputError if `point` is not finite, or more than 10,000 km from the origin of its frame:
 /// single-precision rays cannot resolve a city there. @param what names the point in the message
 void check_position(const Eigen::Vector3d& point, std::string_view what);
 

@@ -95,8 +95,8 @@ class Encoder {
   [[nodiscard]] virtual std::string receive(std::uint64_t /*reader*/, std::string_view /*bytes*/) {
     return {};
   }
-  /// The bytes of encode()'s last epoch, which must still exist, for a reader whose commands configured its
-  /// own output; empty: it gets those of encode(), like reader 0, whose commands configure encode().
+  /// The bytes of encode()'s last epoch, which must still exist, for a reader that configured its own output.
+  /// Empty: the reader gets the bytes of encode(), as reader 0 does, whose commands configure encode().
   [[nodiscard]] virtual std::optional<std::string> encode_for_reader(std::uint64_t /*reader*/) { return {}; }
   /// The command by which a reader first configured its own output, since the last call; empty: none.
   [[nodiscard]] std::string take_setup_command() { return std::exchange(first_command_, {}); }

@@ -37,7 +37,7 @@ struct HostOptions {
 void visit_host(options::Visitor& v, HostOptions& o, std::string& frame_id,
                 const std::function<void()>& pose_context = {});
 
-/// A word of a host, such as a topic; the reader throws this error if it has blanks.
+/// A text without blanks, such as a topic. A reader throws InputError for blanks.
 void visit_word(options::Visitor& v, const options::Field& field, std::string& value);
 
 /// Setup of one receiver by its host.
@@ -142,7 +142,7 @@ class HostedReceiver {
   void serve(std::int64_t now_ns);
   /// Resets the receiver to its state after construction.
   void reset();
-  /// Logs each once, without passwords. @param requested not of this receiver alone: logged without its name
+  /// Logs each line once, without passwords. @param requested concerns several receivers: no name
   void log(Severity tone, const std::string& line, bool requested = false);
 
  private:

@@ -41,7 +41,7 @@ class HostWorld {
   virtual ~HostWorld() = default;
   /// Whether the world advanced or was changed since the last call. If not, no other function is called.
   [[nodiscard]] virtual bool has_advanced() = 0;
-  /// Whether static models may have moved since the last call: false: the pose of each is not checked.
+  /// Whether static models may have moved since the last call; if not, their poses are not checked.
   [[nodiscard]] virtual bool statics_may_have_moved() { return true; }
   /// Adds the topmost models, in the world's order.
   virtual void models(std::vector<Id>& ids) = 0;

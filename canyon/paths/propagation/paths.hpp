@@ -103,7 +103,7 @@ struct Path : PathGeometry {
   // Transmitted: amplitude_factor is relative to the satellite's clear line of sight before the antenna, for
   // a right-hand wave; excess_m may have either sign and any size.
   double range_rate_mps = 0;  ///< of range plus excess, as seen by the carrier [m/s]
-  /// Part of excess_m of the code alone, and its rate: the carrier's excess is shorter by it.
+  /// Excess of the code over the carrier, a part of excess_m [m], and its rate [m/s].
   double code_ahead_m = 0, code_ahead_mps = 0;
   std::uint32_t signals = ~0U;  ///< transmitted signals: bit gnss::index_of(signal)
 
@@ -119,11 +119,12 @@ struct Path : PathGeometry {
 };
 
 /// Image of the antenna in the mirrors of `path`, for the satellite in direction `s` (unit, ENU). Direct: the
-/// antenna itself. Else on the line through the reflection point next to the satellite, behind it by the path
-/// length from there to the antenna. excess_m = s . (antenna - image), and for fixed reflectors d(excess)/dt
-/// = s' . (antenna - image) + (s - arrival) . antenna'. Holds for planes and also for Diffracted: the path is
-/// stationary at the point on the edge, so the motion of Keller's point has no first-order effect. Diffuse:
-/// over one facade, to a fixed point; the class's mean detour differs by its width and further facades.
+/// antenna itself. Else it is on the line through the reflection point next to the satellite, behind it by
+/// the path length from there to the antenna. excess_m = s . (antenna - image), and for fixed reflectors
+/// d(excess)/dt = s' . (antenna - image) + (s - arrival) . antenna'. Holds for planes and also for
+/// Diffracted: the path is stationary at the point on the edge, so the motion of Keller's point has no
+/// first-order effect. Diffuse: over one facade, to a fixed point; a class's mean detour differs by its
+/// width.
 [[nodiscard]] Eigen::Vector3d antenna_image(const Path& path, const Eigen::Vector3d& antenna,
                                             const Eigen::Vector3d& s);
 

@@ -35,8 +35,8 @@ struct FarPath {
                                               const Eigen::Vector3d& from_direction) const;
 };
 
-/// The same for a diffuse path, from the same point of the facade: exact for a point over one facade. Small,
-/// since an antenna keeps some hundreds.
+/// As FarPath, for a diffuse path from the same point of the facade; exact over one facade. Small, since an
+/// antenna keeps some hundreds.
 struct FarScatter {
   std::uint32_t satellite = 0;
   DiffusePath path;

@@ -42,7 +42,7 @@ class Sky {
   [[nodiscard]] virtual std::vector<gnss::SatelliteId> satellites() const = 0;
 
   /// State at `t` (system time at transmission, GPST). Empty if the satellite is unknown, unhealthy, or `t`
-  /// is outside the validity of its data. Never extrapolates without a report.
+  /// is outside the validity of its data. Extrapolates only if source() reports this.
   [[nodiscard]] virtual std::optional<SatelliteState> state(gnss::SatelliteId id,
                                                             geodesy::GpsTime t) const = 0;
 
