@@ -124,7 +124,7 @@ struct Path : PathGeometry {
 /// d(excess)/dt = s' . (antenna - image) + (s - arrival) . antenna'. Holds for planes and also for
 /// Diffracted: the path is stationary at the point on the edge, so the motion of Keller's point has no
 /// first-order effect. Diffuse: over one facade, to a fixed point; a class's mean detour differs by its
-/// width.
+/// width and by further facades.
 [[nodiscard]] Eigen::Vector3d antenna_image(const Path& path, const Eigen::Vector3d& antenna,
                                             const Eigen::Vector3d& s);
 
