@@ -131,7 +131,7 @@ struct GpsRawInt {
   static constexpr std::uint32_t kId = 24;
   static constexpr std::string_view kName = "GPS_RAW_INT";
   std::uint64_t time_us = 0;
-  std::uint8_t fix_type = 0;  ///< 0 no GPS, 1 no fix, 2 2D, 3 3D, 4 DGPS, 5 RTK float, 6 RTK fixed
+  std::uint8_t fix_type = 0;  ///< GPS_FIX_TYPE, from 0: no GPS, no fix, 2D, 3D, DGPS, RTK float, RTK fixed
   double latitude_deg = 0, longitude_deg = 0;
   double altitude_m = 0;  ///< above mean sea level
   double hdop = kUnknown, vdop = kUnknown;
@@ -241,7 +241,7 @@ struct GlobalPositionInt {
   }
 };
 
-/// Samples of inertial sensors, a magnetometer and a barometer. Values not flagged in `updated` are repeated.
+/// Samples of inertial sensors, a magnetometer and a barometer. Values not flagged in `updated` are old.
 struct HighresImu {
   static constexpr std::uint32_t kId = 105;
   static constexpr std::string_view kName = "HIGHRES_IMU";

@@ -7,8 +7,8 @@
 namespace canyon::transport {
 
 /// A client of an NTRIP caster (RTCM 10410.1): receives the bytes of a mount point, or sends a stream to it.
-/// It requests revision 2, and revision 1 if the caster does not support 2. Reconnects with doubling pauses.
-/// It keeps at most kMaxReceived bytes of a stream, 16 KiB of a response and 1,000 mount points.
+/// It requests revision 2, or 1 if the caster lacks 2. After a loss it reconnects with doubling pauses. It
+/// keeps at most kMaxReceived bytes of a stream, 16 KiB of a response and 1,000 mount points.
 class NtripClient final : public Transport {
  public:
   enum class State {

@@ -27,7 +27,7 @@ struct RunSummary {
   double los_fraction = 0, los_multipath_fraction = 0, nlos_fraction = 0,
          blocked_fraction = 0;  ///< of satellites above mask
   double median_hdop = 0;
-  /// C/N0 of measurements above the mask, as reported; NaN without strength. LOS with multipath is LOS.
+  /// C/N0 of measurements above the mask, as reported; NaN without signal strength. LOS includes multipath.
   double mean_cn0_los_dbhz = 0, mean_cn0_nlos_dbhz = 0;
   std::size_t exclusions = 0;   ///< of satellites from fixes, by RAIM or the position filter, over all epochs
   std::size_t raim_tested = 0;  ///< epochs with a result of RAIM

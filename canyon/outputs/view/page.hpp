@@ -27,7 +27,7 @@ extern const char* const built_page;
 [[nodiscard]] std::vector<std::string> view_files(const std::filesystem::path& folder);
 
 /// Fills a page in with the view of a folder: `target` opens from disk, without server and network. Returns
-/// its bytes. Throws InputError as view_files() does, or if the page is not Canyon's.
+/// its size [bytes]. Throws InputError as view_files() does, or if the page is not Canyon's.
 std::size_t export_page(const std::filesystem::path& page, const std::filesystem::path& folder,
                         const std::filesystem::path& target);
 

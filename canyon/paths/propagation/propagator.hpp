@@ -63,7 +63,7 @@ struct TracedPoint {
 /// poses of their last commit(). `city` is the mesh that the scene was built from; it is not stored.
 class Propagator {
  public:
-  /// Throws InputError if options do not validate(). @param seed of facades' random strengths
+  /// Throws InputError if options do not validate(). @param seed of DiffuseScattering's random strengths
   Propagator(const city::Mesh& city, const raytrace::RayScene& scene, PropagationOptions options = {},
              std::uint64_t seed = 0);
 

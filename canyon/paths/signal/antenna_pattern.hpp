@@ -31,7 +31,7 @@ struct PatternPoint {
 /// Linear in dB between rows, constant beyond the first and the last. Immutable.
 class AntennaPattern {
  public:
-  /// @param upper rows of the upper band, by elevation, strictly increasing, at least one; gains +-300 dB.
+  /// @param upper rows of the upper band, by elevation, strictly increasing, at least one; gains in +-300 dB.
   /// @param lower likewise of the lower band; none: the antenna does not receive it
   /// Else InputError.
   AntennaPattern(std::string name, std::vector<PatternPoint> upper, std::vector<PatternPoint> lower = {});

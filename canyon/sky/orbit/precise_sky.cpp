@@ -590,7 +590,7 @@ ReferenceOrbit::State ReferenceOrbit::at(geodesy::GpsTime t) const {
   state.position_m = axes * Eigen::Vector3d(semi_major_axis_ * (c - e), b * s, 0);
   state.velocity_mps = axes * Eigen::Vector3d(-semi_major_axis_ * s * rate, b * c * rate, 0) +
                        rotation_rate.cross(state.position_m);
-  // The difference of true and mean anomaly is continuous, so the sum counts revolutions likewise.
+  // The difference of true and mean anomaly is continuous, so the sum counts revolutions like the mean.
   state.true_anomaly_rad = mean + (std::atan2(flat * s, c - e) - wrapped);
   state.true_anomaly_rate = rate * flat / (1 - e * c);
   return state;

@@ -47,7 +47,7 @@ void append_tree(city::Mesh& mesh, const std::string& name, const Point2& point,
 /// RoofSurface `roof`, Window Glass, all else `facade`; windows and doors are cut out of walls that contain
 /// them (cut_openings()). ClosureSurfaces only close the shell and are not built, because they do not exist
 /// in reality. Surfaces whose rings cross or touch along edges are repaired, those without an area (below
-/// 1e-6 m^2) are dropped; `notes` gets both counts and any leak. Returns whether it added an object.
+/// 1e-6 m^2) are dropped; `notes` gets both counts and any leak, with `name`. Returns whether it added one.
 [[nodiscard]] bool append_surfaces(city::Mesh& mesh, const std::string& name,
                                    const std::vector<MapSurface>& surfaces, const geodesy::LocalFrame& frame,
                                    std::vector<std::string>& notes,

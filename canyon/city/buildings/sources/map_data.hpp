@@ -90,7 +90,7 @@ struct MapData {
   std::size_t foliage_left_out = 0;  ///< trees, tree rows and woods, because foliage is not enabled
   Eigen::AlignedBox2d bounds;        ///< of all features [deg]
   std::vector<MapSurface> relief;    ///< of city models: the triangles of the ground
-  /// Ellipsoidal height of mean sea level amid the bounds [m], if the file has a height reference.
+  /// Ellipsoidal height of mean sea level at the bounds' centre [m], if the file has a height reference.
   std::optional<double> geoid_undulation_m;
 };
 

@@ -28,8 +28,9 @@ class Raster {
   Raster(Raster&&) noexcept;
 
   /// Ellipsoidal height [m] at longitude and latitude [deg]: bilinear between pixel centres, constant over
-  /// the outermost half pixel. Empty outside the raster and next to no-data. A pixel outside -500 to 9,000 m
-  /// is not ground: it is replaced by the mean of its neighbours. Throws InputError for a damaged file.
+  /// the outermost half pixel. Empty outside the raster or if a pixel is no-data. A pixel outside -500 to
+  /// 9,000 m is not ground: it is replaced by the mean of its neighbours. Throws InputError for a damaged
+  /// file.
   [[nodiscard]] std::optional<double> height_m(const LonLat& point) const;
   /// If height_m() has a value: ellipsoidal height of mean sea level [m]; empty if heights are ellipsoidal.
   [[nodiscard]] std::optional<double> geoid_undulation_m(const LonLat& point) const;

@@ -102,7 +102,7 @@ struct Palette {
   Light ground = linear(rgb(0xA9A48F)), foliage = linear(rgb(0x86AE72)), vehicle = linear(rgb(0x5B6672));
 };
 
-/// The surface hit by a ray, as needed to distinguish neighbours. Floats save memory.
+/// The surface hit by a ray, as needed to distinguish neighbours. Floats save memory: one surface per pixel.
 struct Sample {
   Light light;
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();
