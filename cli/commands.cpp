@@ -75,7 +75,7 @@ void add_threads(Command& command, int& threads, const std::string& about) {
 }
 
 void warn_of_few_samples(std::size_t count, std::string_view option) {
-  if (const auto caution = caution_of_few(count, "draws"))
+  if (const auto caution = caution_of_few(count, "samples"))
     print_warnings({fmt::format("{}: give {} {}", *caution, option, kMinCountFor90)});
 }
 

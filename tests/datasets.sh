@@ -33,7 +33,7 @@ with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as made:
         time.sleep(0.01)
     made.send_signal(signal.SIGINT)
     said = made.communicate()[1]
-assert made.returncode != 0 and "the same command goes on" in said, said
+assert made.returncode != 0 and "the same command continues" in said, said
 EOF
 python3 examples/datasets/make.py --canyon "$1" --out "$folder/c" --drives 3 --seconds 40 --seed 5 2>"$folder/said" >/dev/null
 grep -q "drive 1 of 3 (train), kept" "$folder/said" || fail "a whole drive is made again"

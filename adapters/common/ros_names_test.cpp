@@ -116,7 +116,7 @@ TEST(RosTopics, AreRemappedAsRosDoes) {
 TEST(RosTopics, NoteWhatRenamesNothing) {
   std::vector<std::string> notes;
   EXPECT_EQ(topics({{"fixx", "position"}}, notes).fix, "/iris/fix");
-  EXPECT_THAT(notes, ElementsAre(HasSubstr("'fixx:=position' renames nothing")));
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("'fixx:=position' matches no topic")));
 }
 
 TEST(RosTopics, RefuseWhatIsNoName) {

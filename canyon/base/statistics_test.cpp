@@ -139,7 +139,7 @@ TEST(Predictive, TheNextValueIsWithinWithItsProbability) {
 }
 
 TEST(Predictive, FewValuesAreNamed) {
-  EXPECT_EQ(caution_of_few(10, "draws"), "90 % intervals of 10 draws are intervals of 82 %");
+  EXPECT_EQ(caution_of_few(10, "samples"), "90 % intervals of 10 samples are intervals of 82 %");
   EXPECT_EQ(caution_of_few(18, "runs"), "90 % intervals of 18 runs are intervals of 89 %");
   EXPECT_FALSE(caution_of_few(19, "draws"));
 }

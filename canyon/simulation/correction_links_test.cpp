@@ -431,7 +431,7 @@ TEST(Corrections, FaultsOfAHostReachItsBase) {
   EXPECT_NE(base_at(2).faults, std::vector<std::string>{name});
   // A single receiver cannot have it.
   EXPECT_THAT(test::error_of([&] { (void)ReceiverRunner(config, scene, *config.start); }).what(),
-              HasSubstr("simulation::Run"));
+              HasSubstr("simulation::Simulation"));
   EXPECT_THAT(test::error_of([&] { live.end_fault("none"); }).what(), HasSubstr("none"));
 }
 

@@ -46,7 +46,7 @@ except ImportError as error:
         f"the engine is not in {folder}: './run build' builds it with pybind11-dev, python3-dev and python3-numpy"
     ) from error
 
-from ._canyon import Encoder, Epoch, LiveReceiver, ReceiverRunner, __version__, formats
+from ._canyon import Encoder, Epoch, ReceiverRunner, __version__, formats
 from .city import PLACEMENTS, City, CityObject
 from .errors import InputError, Interrupted, OutputError
 from .heatmap import CELL_STATES, HeatMap, heatmap, map_layers
@@ -67,6 +67,8 @@ from .simulation import (
 )
 from .sky import PATH_KINDS, VISIBILITIES, Sky, Tracer, trace
 from .tables import Table
+
+LiveReceiver = ReceiverRunner  # its former name
 
 __all__ = [
     "Arrival",

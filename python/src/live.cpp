@@ -164,7 +164,6 @@ gets to in one step restarts the receiver hot, with a warning.)")
           "encoder", &Live::encoder, "format"_a, "interval_s"_a = 1.0, "generation"_a = "f9",
           "Encodes epochs to bytes: `begin()`, `encode(epoch)` of each, `end()`. See :func:`canyon.formats`. "
           "`generation` is of \"ubx\": m8, f9, m10 or x20.");
-  m.attr("LiveReceiver") = m.attr("ReceiverRunner");  // its former name
 }
 
 }  // namespace canyon::python

@@ -109,10 +109,13 @@ class Tracer {
 }  // namespace
 
 void bind_trace(py::module_& m) {
-  PYBIND11_NUMPY_DTYPE(TracedSatellite, azimuth_rad, elevation_rad, excess_m, visibility, above_horizon,
-                       containment, paths);
-  PYBIND11_NUMPY_DTYPE(PathRow, point_index, satellite, kind, order, excess_m, arrival, point, far_point,
-                       incidence_rad, foliage_depth_m);
+  // Names of fields are a contract; those of members need not be equal.
+  PYBIND11_NUMPY_DTYPE_EX(TracedSatellite, azimuth_rad, "azimuth_rad", elevation_rad, "elevation_rad",
+                          excess_m, "excess_m", visibility, "visibility", above_horizon, "above_horizon",
+                          containment, "placement", paths, "paths");
+  PYBIND11_NUMPY_DTYPE_EX(PathRow, point_index, "place", satellite, "satellite", kind, "kind", order, "order",
+                          excess_m, "excess_m", arrival, "arrival", point, "point", far_point, "far_point",
+                          incidence_rad, "incidence_rad", foliage_depth_m, "foliage_depth_m");
   py::class_<Tracer>(m, "Tracer", R"(Traces satellites in one city. Its facets are prepared once.
 
 Parameters

@@ -223,7 +223,7 @@ class Import(unittest.TestCase):
 
     def test_without_the_engine_it_says_what_to_do(self):
         package = pathlib.Path(canyon.__file__).parent
-        for extension, words in ((None, "'./run build' makes it"), ("_canyon.cpython-26-x86_64-linux-gnu.so", "another Python")):
+        for extension, words in ((None, "'./run build' builds it"), ("_canyon.cpython-26-x86_64-linux-gnu.so", "another Python")):
             with tempfile.TemporaryDirectory() as folder:
                 copied = pathlib.Path(folder, "canyon")
                 copied.mkdir()

@@ -3,7 +3,7 @@
 
 usage: tests/bridges/bridges_test.py CANYON [unittest's options]
 
-Every stand-in drives the same way over a made-up town: east, north, up (stand_ins/course.py). The receiver is ideal and
+Every stand-in drives the same way over a made-up town: east, north, up (mocks/course.py). The receiver is ideal and
 has a lever arm, so that fixes depend on the attitude too. Fixes must be on that path in the simulator's own frame, and must
 reach every corner of it. All sockets are on 127.0.0.1, and every process is ended by its id.
 """
@@ -23,7 +23,7 @@ import unittest
 
 HERE = pathlib.Path(__file__).resolve().parent
 BRIDGES = HERE.parents[1] / "examples" / "bridges"
-STAND_INS = HERE / "stand_ins"
+STAND_INS = HERE / "mocks"
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(STAND_INS), str(BRIDGES)]
 import bridge_check  # noqa: E402
@@ -174,7 +174,7 @@ class BridgesTest(unittest.TestCase):
         self.start_canyon()
         # The vehicle is removed from the world at the end.
         out, error = self.output(self.bridge("carla_bridge.py", "--role", "hero", "--draw"), 1)
-        self.assertIn("gone", error)
+        self.assertIn("no longer exists", error)
         solved = self.check_fixes(out, lambda x, y, z: (x, -y, z))
         drawn = [[float(each) for each in line.split()] for line in self.given()]
         self.assertEqual(drawn, [fix["position_m"] for fix in solved])

@@ -401,7 +401,7 @@ live)
   # The reason for no fix is in the last line; an unread terminal does not block the run.
   sed '/speed_mps/d; s/waypoints.*/position: {east_m: 0, north_m: 0, up_m: -5}/' small.yaml >under.yaml
   runs 0 "$canyon" live under.yaml --duration 1.5 --stream nmea=pty:
-  says err "0 with a fix; now none: rover: antenna inside a building or under the terrain"
+  says err "0 with a fix; now no fix: rover: antenna inside a building or under the terrain"
   begin=$(date +%s%N)
   runs 0 "$canyon" live small.yaml --speed 20 --stream paths_csv=pty:
   [ $(($(date +%s%N) - begin)) -lt 2900000000 ] || fail "$(($(date +%s%N) - begin)) ns for a drive of 1 s" ;;
@@ -732,7 +732,7 @@ P
   runs 0 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 3 --json e.json
   says out "level: -10 to 6 dB" "skyline: 0 to 0.75" "within the 90 % interval"
   python3 -c 'import json; e = json.load(open("e.json")); d = e["recordings"][0]["draws"]; assert len({x["unknowns"]["level"] for x in d}) == 3 and e["coverage"]["figures"] == 5, e' || fail "e.json is not of three draws"
-  runs 0 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 2 --fixed-unknowns level,facades; says out "skyline" "satellites used"; says err "90 % intervals of 2 draws are intervals of 33 %: write --ensemble 19"
+  runs 0 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 2 --fixed-unknowns level,facades; says out "skyline" "satellites used"; says err "90 % intervals of 2 samples are intervals of 33 %: give --ensemble 19"
   ! grep -q "^- level" out || fail "a known level was drawn"
   runs 2 "$canyon" validate open.yaml "${judge[@]:3}" --ensemble 2 --fixed-unknowns levl; one_line; says err "no unknown 'levl'"
   runs 2 "$canyon" validate open.yaml "${judge[@]:3}" --forget-unknowns; says err "--forget-unknowns requires --ensemble"
@@ -1189,6 +1189,15 @@ bad_sky)
   runs 2 "$canyon" simulate bad.yaml --out res2; one_line; says err 2026-04-01 allow_stale
   [ ! -e res2/epochs.csv ] || fail "bad input left results" ;;
 bad_output)
+  # Former names of options still work, with a warning.
+  for each in heatmap:draws:samples heatmap:known:fixed-unknowns validate:reach:search-radius city\ info:most-tiles:max-tiles; do
+    IFS=: read -r command former name <<<"$each"
+    runs 2 "$canyon" $command none.yaml "--$former" 9; says err "--$former is now --$name"
+  done
+  for each in validate:unsaid:forget-unknowns validate:ladder:cumulative-models city\ info:elsewhere:allow-external; do
+    IFS=: read -r command former name <<<"$each"
+    runs 2 "$canyon" $command none.yaml "--$former"; says err "--$former is now --$name"
+  done
   : >file
   runs 2 "$canyon" simulate small.yaml --out file; one_line; says err file
   if [ "$(id -u)" -ne 0 ]; then
@@ -1864,7 +1873,7 @@ view)
   runs 2 "$canyon" view v --export x.html --record-fps 5; says err "--record-fps requires --record"
   runs 2 "$canyon" view v --export x.html --open; one_line; says err "--open and --port serve a view"
   # A truncated view is detected before it is shown.
-  cp -r v cut; truncate -s -1 cut/track-0.bin.gz; runs 2 "$canyon" view cut; one_line; says err "cut/track-0.bin.gz: is cut off"
+  cp -r v cut; truncate -s -1 cut/track-0.bin.gz; runs 2 "$canyon" view cut; one_line; says err "cut/track-0.bin.gz: is truncated or damaged"
   runs 2 "$canyon" view cut --export x.html; one_line; [ ! -e x.html ] || fail "a page of a damaged view"
   rm cut/track-0.bin.gz; runs 2 "$canyon" view cut; one_line; says err "cut/track-0.bin.gz: is missing"
   truncate -s 500 cut/view.json; runs 2 "$canyon" view cut; one_line; says err "view.json: is not a Canyon view, or is damaged"

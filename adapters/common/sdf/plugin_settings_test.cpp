@@ -603,7 +603,7 @@ TEST(HostSettings, WrongValuesNamePluginElementAndCure) {
       {"<origin_altitude>5</origin_altitude>", "<origin_altitude>", "without latitude or longitude", "give"},
       {"<ros><namespace>a-b</namespace></ros>", "<ros><namespace>", "'a-b' is not a valid ROS namespace",
        "letters"},
-      {"<robotNamespace>a b</robotNamespace>", "<robotNamespace>", "'a b' is not a namespace", "letters"},
+      {"<robotNamespace>a b</robotNamespace>", "<robotNamespace>", "'a b' is not a valid ROS namespace", "letters"},
       {"<ros><remapping>fix=gps</remapping></ros>", "<ros><remapping>", "'fix=gps' is not a remapping",
        "FROM:=TO"},
       {"<ros><remapping>fix:=</remapping></ros>", "<ros><remapping>", "'' is not a valid ROS name",

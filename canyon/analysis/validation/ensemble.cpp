@@ -60,7 +60,7 @@ std::string percent(std::size_t part, std::size_t all) {
 }
 
 std::string table_of(const EnsembleRow& row) {
-  std::string text = fmt::format("{}: {}; {} draws\n\n", row.name, row.part, row.samples.size());
+  std::string text = fmt::format("{}: {}; {} samples\n\n", row.name, row.part, row.samples.size());
   for (const std::string& unknown : row.unknowns) text += fmt::format("- {}\n", unknown);
   std::vector<TextRow> lines;
   for (const EnsembleMetric& f : ensemble_metrics(row)) {

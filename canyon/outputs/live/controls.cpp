@@ -281,7 +281,7 @@ void RequestQueue::close() {
 ServiceReply FaultRequestHandler::call(OptionsRequest::Kind kind, const std::string& text) const {
   if (!changes && kind != OptionsRequest::Kind::Faults)
     return {false, fmt::format("{}services may not change this simulation; {}", kRefused, allow_by)};
-  std::string logged = handle_request({kind, {}, text});
+  std::string logged = handle({kind, {}, text});
   const bool done = !logged.starts_with(kRefused);
   return {done, std::move(logged)};
 }

@@ -52,7 +52,7 @@ struct ReceiverHandle {
 /// Never throws InputError.
 [[nodiscard]] std::string handle_request(const OptionsRequest& request,
                                          const std::vector<ReceiverHandle>& receivers);
-/// As response(), but throws InputError instead of "refused: ...".
+/// As handle_request(), but throws InputError instead of "refused: ...".
 std::string perform(const OptionsRequest& request, const std::vector<ReceiverHandle>& receivers);
 
 /// A queue of requests to the host's thread.
@@ -96,16 +96,16 @@ inline constexpr ControlService kControlServices[]{{"get_options", OptionsReques
 
 struct ServiceReply {
   bool success = false;
-  std::string message;  ///< as response() returns it
+  std::string message;  ///< as handle_request() returns it
 };
 
 /// Handles the fault services of one receiver, in the thread of the caller.
 struct FaultRequestHandler {
-  std::function<std::string(const OptionsRequest&)> response;
+  std::function<std::string(const OptionsRequest&)> handle;
   bool changes = false;       ///< requests may change the simulation
   std::string allow_by = {};  ///< how to allow them, "set the parameter live.changes"
 
-  /// Calls `response` if the request is allowed.
+  /// Calls `handle` if the request is allowed.
   [[nodiscard]] ServiceReply call(OptionsRequest::Kind kind, const std::string& text) const;
 };
 

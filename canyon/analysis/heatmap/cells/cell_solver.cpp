@@ -313,7 +313,7 @@ RunCells::RunCells(const simulation::Environment& environment, const propagation
   const std::int64_t epochs = std::int64_t{sample_count} * (seconds + 1);
   if (epochs > kMaxEpochs) {
     throw InputError(
-        fmt::format("{} draws of {} s need {} epochs of the base", sample_count, seconds, epochs),
+        fmt::format("{} samples of {} s need {} epochs of the base", sample_count, seconds, epochs),
         fmt::format("layers of RTK allow {}: use fewer draws, or a shorter time", kMaxEpochs));
   }
 }
