@@ -33,7 +33,7 @@ def messages():
 def main():
     if sys.argv[1:2] == ["--write"] and len(sys.argv) == 3:
         PAGE.write_text(messages())
-        for program in ("outputs_output", "run_scenario", "studies_study", "studies_validation", "adapters", "ros2"):
+        for program in ("outputs_encoding", "simulation_scenario", "analysis_study", "analysis_validation", "adapters", "ros2"):
             subprocess.run([pathlib.Path(sys.argv[2]) / f"bin/test_{program}", "--gtest_filter=*DocumentationHasTheSameTable*",
                             "--gtest_brief=1"], env={**os.environ, "CANYON_WRITE_REFERENCE": "1"}, check=True)
         return 0
