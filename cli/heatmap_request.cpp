@@ -213,8 +213,7 @@ std::string command_of(const HeatmapArguments& arguments, const heatmap::Request
                   [](heatmap::Layer layer) { return heatmap::info(layer).needs_samples; }))
     add("--samples", std::to_string(request.samples.samples));
   if (!(request.receivers == heatmap::CellReceiverOptions{})) {
-    add("--receivers",
-        request.receivers.model == heatmap::ReceiverModel::Run ? "run" : "steady_state");
+    add("--receivers", request.receivers.model == heatmap::ReceiverModel::Run ? "run" : "steady_state");
     add("--path-nodes", fmt::format("{:g}", request.receivers.path_nodes_m));
   }
   if (arguments.motion.motion != simulation::Motion::Auto)

@@ -392,7 +392,8 @@ TEST(Corrections, OfAHostNeedABase) {
     return std::string(test::error_of([&] { (void)parse_live_config(text, "host"); }).what());
   };
   EXPECT_THAT(refusal("corrections: {from: base}\n"), AllOf(HasSubstr("host:1"), HasSubstr("base: {fixed")));
-  EXPECT_THAT(refusal("base: {profile: survey}\n"), AllOf(HasSubstr("host:1"), HasSubstr("give its position")));
+  EXPECT_THAT(refusal("base: {profile: survey}\n"),
+              AllOf(HasSubstr("host:1"), HasSubstr("give its position")));
   EXPECT_THAT(refusal("base: {name: rover, fixed: {east_m: 1, north_m: 2, up_m: 3}}\n"),
               HasSubstr("'rover' is the name of the receiver"));
   EXPECT_THAT(refusal("corrections: {from: 'ntrip://127.0.0.1:2101/BASE'}\n"),

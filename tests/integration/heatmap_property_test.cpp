@@ -178,8 +178,7 @@ Case draw_case(int number, const std::filesystem::path& folder) {
   request.times = {sampled.time};
   request.layers = kLayers;
   request.samples.samples = 1;
-  request.receivers.model =
-      heatmap::ReceiverModel::Run;  // steady states have their own bounds and tests
+  request.receivers.model = heatmap::ReceiverModel::Run;  // steady states have their own bounds and tests
 
   scenario.receivers.resize(1);
   simulation::ReceiverConfig& receiver = scenario.receivers.front();

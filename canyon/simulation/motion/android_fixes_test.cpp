@@ -53,8 +53,7 @@ TEST(AndroidFixes, MayBeOfAnotherProviderAndAnOldApp) {
       "Fix,fused,48.0,11.001,,0,20,1714557601000\n",
       false);
   EXPECT_NEAR(geodesy::degrees(file.trajectory.at(file.trajectory.begin()).position.latitude_rad), 48, 1e-9);
-  EXPECT_THAT(file.report.warnings(),
-              testing::Contains(HasSubstr("no fix of GPS; those of fused are used")));
+  EXPECT_THAT(file.report.warnings(), testing::Contains(HasSubstr("no fix of GPS; those of fused are used")));
 }
 
 TEST(AndroidFixes, SayWhatALogWithoutThemHas) {
