@@ -252,7 +252,7 @@ struct GnssWorld::Impl {
 
   void find_sensors(const Ecm& ecm) {
     for (auto& [entity, receiver] : receivers)
-      if (receiver.scene) dynamic_cast<GzHostWorld&>(receiver.scene->world()).find_sensors(ecm);
+      if (receiver.scene) dynamic_cast<GzHostWorld&>(receiver.scene->world()).update_models(ecm);
   }
 
   void wait() {

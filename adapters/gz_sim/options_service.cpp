@@ -47,7 +47,7 @@ struct OptionsService::Impl {
       std::function<bool(const gz::msgs::StringMsg&, gz::msgs::StringMsg&)> call =
           [desk = desk, receiver, kind = service.kind](const gz::msgs::StringMsg& request,
                                                        gz::msgs::StringMsg& reply) {
-            reply.set_data(desk->request({kind, receiver, request.data()}));
+            reply.set_data(desk->submit({kind, receiver, request.data()}));
             return true;
           };
       if (!node.Advertise(name, call)) {
@@ -61,7 +61,7 @@ struct OptionsService::Impl {
     std::function<void(const gz::msgs::Double&)> call = [desk = desk,
                                                          receiver](const gz::msgs::Double& rate) {
       const std::string logged =
-          desk->request({live::OptionsRequest::Kind::Set, receiver, fmt::format("rate_hz: {}", rate.data())});
+          desk->submit({live::OptionsRequest::Kind::Set, receiver, fmt::format("rate_hz: {}", rate.data())});
       if (logged.starts_with("refused")) gzerr << "[canyon] " << receiver << ": set_rate: " << logged << "\n";
     };
     // If two sensors have one topic, the first has the service.

@@ -59,7 +59,7 @@ class SimServer {
     gz::common::Console::SetVerbosity(2);
   }
 
-  void step(unsigned iterations = 1) { server_->ReceiverGroup(true, iterations, false); }
+  void step(unsigned iterations = 1) { server_->Run(true, iterations, false); }
   void step_paused() { server_->RunOnce(true); }
   gz::sim::Server& server() { return *server_; }
   const std::shared_ptr<Hands> hands = std::make_shared<Hands>();
