@@ -195,7 +195,7 @@ test('antennas can be put in a finished run whose scenario is given', { skip }, 
       if (given.length) {
         await page.page.waitForFunction(() => canyon.state.receiver === 1 && canyon.store.satellites(1, 0).length > 5);
       } else {
-        await page.page.waitForFunction(() => /no scenario to trace with.*--city SCENARIO/.test(document.getElementById('toast').textContent));
+        await page.page.waitForFunction(() => /no scenario for tracing.*--city SCENARIO/.test(document.getElementById('toast').textContent));
       }
       assert.deepEqual(page.complaints, []);
     } finally {
