@@ -314,7 +314,7 @@ std::vector<Key> node_keys() {
   const std::vector<std::string> scenarios = simulation::scenario_description().paths();
   std::vector<Key> own = parameter_keys();
   std::erase_if(own, [&](const Key& key) {
-    return is_receivers(key.path) || key.meaning.starts_with("former name of ") ||
+    return is_receivers(key.path) || description().current(key.path) != key.path ||
            std::find(scenarios.begin(), scenarios.end(), key.path) != scenarios.end();
   });
   return own;
