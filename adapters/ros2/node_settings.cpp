@@ -60,10 +60,11 @@ std::vector<Key> make_keys() {
   std::set<std::string> names;
   const auto add = [&](bool receivers) {
     std::vector<Key> all = description().keys;
-    for (const auto& [name, path] : description().former_names) {
-      Key key = *std::find_if(all.begin(), all.end(), [&](const Key& each) { return each.path == path; });
-      key.path = name;
-      key.meaning = fmt::format("former name of {}", path);
+    for (const auto& former : description().former_names) {
+      Key key =
+          *std::find_if(all.begin(), all.end(), [&](const Key& each) { return each.path == former.second; });
+      key.path = former.first;
+      key.meaning = fmt::format("former name of {}", former.second);
       all.push_back(std::move(key));
     }
     for (Key& key : all) {
