@@ -192,7 +192,7 @@ class PhaseWalk {
     constexpr std::size_t kMin = 7;
     constexpr int kIterations = 10;
     constexpr double kHuber = 1.345;  // as ReceiverClockOptions::huber
-    if (thirds_.size() < kMin || thirds_.size() > positioning::kMaxRows) return;
+    if (thirds_.size() < kMin) return;
     const auto n = static_cast<Eigen::Index>(thirds_.size());
     Eigen::MatrixXd design(n, 4);
     Eigen::VectorXd weight(n), weighted(n), factor(n), room = Eigen::VectorXd::Ones(n);
@@ -215,7 +215,7 @@ class PhaseWalk {
         const double value = values[static_cast<std::size_t>(i)];
         factor[i] = value <= limit ? 1 : std::sqrt(limit / value);
       }
-      const positioning::LeastSquares least_squares(factor.asDiagonal() * design);
+      const positioning::LeastSquaresOfAnySize least_squares(factor.asDiagonal() * design);
       rest = weighted - design * least_squares.solve(factor.cwiseProduct(weighted));
       room = (1 - least_squares.leverages().array()).max(0).sqrt();
     }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -25,12 +26,22 @@ DopRating rate_dop(double dop) {
   return DopRating::Poor;
 }
 
-std::optional<Cofactor> cofactor(const Design& design, double threshold) {
+namespace {
+
+template <int MaxRows>
+std::optional<Cofactor> full_rank_cofactor(const typename BasicLeastSquares<MaxRows>::Matrix& design,
+                                           double threshold) {
   const Eigen::Index unknowns = design.cols();
   if (design.rows() < unknowns) return std::nullopt;
-  const LeastSquares least_squares(design);
+  const BasicLeastSquares<MaxRows> least_squares(design);
   if (least_squares.rank(threshold) < unknowns) return std::nullopt;
   return least_squares.cofactor();
+}
+
+}  // namespace
+
+std::optional<Cofactor> cofactor(const Design& design, double threshold) {
+  return full_rank_cofactor<kMaxRows>(design, threshold);
 }
 
 Dop dop_from_cofactor(const Cofactor& cofactor_enu) {
@@ -54,14 +65,13 @@ void check_rows(std::size_t rows) {
 }
 
 std::optional<Dop> dop_of_directions(std::span<const Eigen::Vector3d> directions) {
-  check_rows(directions.size());
-  Design design(static_cast<Eigen::Index>(directions.size()), 4);
+  LeastSquaresOfAnySize::Matrix design(static_cast<Eigen::Index>(directions.size()), 4);
   for (std::size_t i = 0; i < directions.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     design.row(row).head<3>() = -directions[i].transpose();
     design(row, 3) = 1;
   }
-  const std::optional<Cofactor> q = cofactor(design);
+  const std::optional<Cofactor> q = full_rank_cofactor<Eigen::Dynamic>(design, kRankThreshold);
   if (!q) return std::nullopt;
   return dop_from_cofactor(*q);
 }
@@ -89,33 +99,66 @@ std::optional<Eigen::Index> largest_normalised_residual(const Design& design, co
   return worst;
 }
 
-Eigen::Index LeastSquares::rank(double threshold) const {
-  const auto pivots = qr_.matrixQR().diagonal().head(qr_.nonzeroPivots()).array().abs();
-  return (pivots > qr_.maxPivot() * threshold).count();
+template <int MaxRows>
+void BasicLeastSquares<MaxRows>::compute(const Matrix& a) {
+  Eigen::ColPivHouseholderQR<Matrix> qr(a);
+  qr_ = qr.matrixQR();
+  reflections_ = qr.hCoeffs();
+  for (Eigen::Index i = 0; i < a.cols(); ++i)
+    columns_[static_cast<std::size_t>(i)] = qr.colsPermutation().indices()(i);
+  nonzero_pivots_ = qr.nonzeroPivots();
+  max_pivot_ = qr.maxPivot();
 }
 
-Cofactor LeastSquares::cofactor() const {
-  const Eigen::Index n = qr_.cols();
-  const Cofactor r = qr_.matrixQR().topRows(n);
-  const Cofactor inverse =
-      qr_.colsPermutation() * Cofactor(r.triangularView<Eigen::Upper>().solve(Cofactor::Identity(n, n)));
+template <int MaxRows>
+Eigen::Index BasicLeastSquares<MaxRows>::rank(double threshold) const {
+  const auto pivots = qr_.diagonal().head(nonzero_pivots_).array().abs();
+  return (pivots > max_pivot_ * threshold).count();
+}
+
+template <int MaxRows>
+typename BasicLeastSquares<MaxRows>::Unknowns BasicLeastSquares<MaxRows>::solve(const Vector& b) const {
+  Unknowns x = Unknowns::Zero(unknowns());
+  if (nonzero_pivots_ == 0) return x;
+  Vector c = b;
+  c.applyOnTheLeft(Eigen::householderSequence(qr_, reflections_).setLength(nonzero_pivots_).adjoint());
+  qr_.topLeftCorner(nonzero_pivots_, nonzero_pivots_)
+      .template triangularView<Eigen::Upper>()
+      .solveInPlace(c.topRows(nonzero_pivots_));
+  for (Eigen::Index i = 0; i < nonzero_pivots_; ++i) x(columns_[static_cast<std::size_t>(i)]) = c(i);
+  return x;
+}
+
+template <int MaxRows>
+Cofactor BasicLeastSquares<MaxRows>::cofactor() const {
+  const Eigen::Index n = unknowns();
+  const Cofactor r = qr_.topRows(n);
+  const Cofactor rows = r.triangularView<Eigen::Upper>().solve(Cofactor::Identity(n, n));
+  Cofactor inverse(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) inverse.row(columns_[static_cast<std::size_t>(i)]) = rows.row(i);
   return inverse.lazyProduct(inverse.transpose());
 }
 
-Cofactor LeastSquares::covariance(const Rows& sigma) const {
-  Cofactor result = Cofactor::Zero(qr_.cols(), qr_.cols());
+template <int MaxRows>
+Cofactor BasicLeastSquares<MaxRows>::covariance(const Vector& sigma) const {
+  Cofactor result = Cofactor::Zero(unknowns(), unknowns());
   for (Eigen::Index i = 0; i < sigma.size(); ++i) {
-    const Unknowns x = solve(sigma(i) * Rows::Unit(sigma.size(), i));
+    const Unknowns x = solve(sigma(i) * Vector::Unit(sigma.size(), i));
     result += x.lazyProduct(x.transpose());
   }
   return result;
 }
 
-Rows LeastSquares::leverages() const {
+template <int MaxRows>
+typename BasicLeastSquares<MaxRows>::Vector BasicLeastSquares<MaxRows>::leverages() const {
   const double rounding = std::numeric_limits<double>::epsilon();
   const Eigen::Index in_image = rank(rounding * static_cast<double>(std::min(qr_.rows(), qr_.cols())));
-  const Design image = qr_.householderQ() * Design::Identity(qr_.rows(), in_image);
+  const Matrix image =
+      Eigen::householderSequence(qr_, reflections_) * Matrix::Identity(qr_.rows(), in_image);
   return image.rowwise().squaredNorm();
 }
+
+template class BasicLeastSquares<kMaxRows>;
+template class BasicLeastSquares<Eigen::Dynamic>;
 
 }  // namespace canyon::positioning

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -29,6 +29,8 @@ enum class DopRating : std::uint8_t { Ideal, Excellent, Good, Moderate, Fair, Po
 /// the worse class. Canyon rates PDOP. NaN is Poor.
 [[nodiscard]] DopRating rate_dop(double dop);
 
+/// Pivots below this fraction of the largest count as 0: a PDOP of about 1e6.
+inline constexpr double kRankThreshold = 1e-6;
 inline constexpr int kMaxRows = 100 * static_cast<int>(gnss::kSystemCount);  ///< each satellite once
 /// Throws InputError if there are more rows than the matrices below have.
 void check_rows(std::size_t rows);
@@ -38,13 +40,13 @@ using Rows = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxRows,
 /// Cofactor matrix (A^T A)^-1, by QR with column pivoting. Empty if the rank, at pivots above `threshold` of
 /// the largest, is below the number of columns.
 using Cofactor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 8, 8>;
-[[nodiscard]] std::optional<Cofactor> cofactor(const Design& design, double threshold = 1e-6);
+[[nodiscard]] std::optional<Cofactor> cofactor(const Design& design, double threshold = kRankThreshold);
 
 /// @param cofactor_enu (3 + clocks) square: east, north, up, then every clock (in units of length)
 [[nodiscard]] Dop dop_from_cofactor(const Cofactor& cofactor_enu);
 
 /// DOP of satellites of one system in directions (unit, ENU, antenna to satellite), without measurements.
-/// Empty if they do not determine position and clock. Throws InputError beyond kMaxRows.
+/// Empty if they do not determine position and clock.
 [[nodiscard]] std::optional<Dop> dop_of_directions(std::span<const Eigen::Vector3d> directions);
 
 /// Horizontal protection level [m] that a receiver may report with a fix: K d_major, d_major the semi-major
@@ -79,30 +81,43 @@ using Cofactor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Co
   return std::max(1.0, squares / n * (n > 2 ? n / (n - 2) : 5));
 }
 
-/// Least squares min |A x - b| by Householder's QR with column pivoting.
-class LeastSquares {
+/// Least squares min |A x - b| by Householder's QR with column pivoting, without allocation.
+/// @tparam MaxRows largest number of rows; Eigen::Dynamic: any number, and the matrix is allocated
+template <int MaxRows>
+class BasicLeastSquares {
  public:
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, MaxRows, 8>;
+  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, MaxRows, 1>;
   using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 8, 1>;
 
-  LeastSquares() = default;
-  /// @param a rows x unknowns
-  explicit LeastSquares(const Design& a) { compute(a); }
-  void compute(const Design& a) { qr_.compute(a); }
+  BasicLeastSquares() = default;
+  /// @param a rows x unknowns; at most 8 unknowns
+  explicit BasicLeastSquares(const Matrix& a) { compute(a); }
+  void compute(const Matrix& a);
   [[nodiscard]] Eigen::Index unknowns() const { return qr_.cols(); }
   /// Number of pivots above `threshold` of the largest.
   [[nodiscard]] Eigen::Index rank(double threshold) const;
   /// x for the right side b, as long as A has rows; a basic solution if A is rank-deficient.
-  [[nodiscard]] Unknowns solve(const Rows& b) const { return qr_.solve(b); }
+  [[nodiscard]] Unknowns solve(const Vector& b) const;
   /// (A^T A)^-1 = P R^-1 R^-T P^T. A has full rank and at least as many rows as columns.
   [[nodiscard]] Cofactor cofactor() const;
   /// Covariance of x for independent elements of b.
   /// @param sigma standard deviation of each element of b
-  [[nodiscard]] Cofactor covariance(const Rows& sigma) const;
+  [[nodiscard]] Cofactor covariance(const Vector& sigma) const;
   /// The diagonal of the projection onto A's columns.
-  [[nodiscard]] Rows leverages() const;
+  [[nodiscard]] Vector leverages() const;
 
  private:
-  Eigen::ColPivHouseholderQR<Design> qr_;
+  // Of Eigen::ColPivHouseholderQR, whose class takes seconds to compile in each file that includes it.
+  Matrix qr_;              // R, and the essential parts of the reflections
+  Unknowns reflections_;   // their coefficients
+  std::array<int, 8> columns_{};  // column of A for each column of R
+  Eigen::Index nonzero_pivots_ = 0;
+  double max_pivot_ = 0;
 };
+extern template class BasicLeastSquares<kMaxRows>;
+extern template class BasicLeastSquares<Eigen::Dynamic>;
+using LeastSquares = BasicLeastSquares<kMaxRows>;
+using LeastSquaresOfAnySize = BasicLeastSquares<Eigen::Dynamic>;
 
 }  // namespace canyon::positioning

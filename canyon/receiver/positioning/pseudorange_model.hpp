@@ -52,9 +52,6 @@ void range_satellites(geodesy::GpsTime receiver_time, const std::vector<Measurem
 /// remove at least half of the rms).
 inline constexpr double kIonosphereLeft = 0.5;
 
-/// Pivots of a weighted design matrix below this fraction of the largest count as zero.
-inline constexpr double kRankThreshold = 1e-6;
-
 /// Columns of the design matrix for constellation clocks, after the three of the position.
 struct Clocks {
   std::array<int, gnss::kSystemCount> column{};  ///< -1: without
