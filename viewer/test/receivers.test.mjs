@@ -1,5 +1,4 @@
 // Several receivers, and a validation: recorded and simulated (sample.mjs).
-import Ajv from 'ajv';
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { after, before, test } from 'node:test';
@@ -14,12 +13,6 @@ before(async () => {
 });
 after(() => s?.close());
 const epoch = () => s.run('canyon.state.epoch');
-
-test('the sample of a validation is what the schema says', async () => {
-  const schema = JSON.parse(await readFile(new URL('../schema.json', import.meta.url), 'utf8'));
-  const validate = new Ajv({ allowUnionTypes: true }).compile(schema);
-  assert.ok(validate(withPair(sampleView()).header), JSON.stringify(validate.errors));
-});
 
 test('to where recorded and simulated differ most, street by street', { skip }, async () => {
   // 30 m at the end of the second street, then 20 m of the third, 10 m of the first, and again from the first.
