@@ -8,6 +8,7 @@
 # The target `unit_tests` builds all test_NAME; `ctest -L unit` runs only them.
 
 include(CanyonUnits)
+include(${CMAKE_CURRENT_LIST_DIR}/set_label.cmake)
 set(CANYON_FOLDERS "" CACHE INTERNAL "")
 add_library(canyon_cxx INTERFACE)
 target_compile_features(canyon_cxx INTERFACE cxx_std_20)
@@ -181,6 +182,7 @@ function(canyon_discover_tests target prefix)
                      COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:${target}> -D PREFIX=${prefix} -D FILE=${file}
                              -D FOLDER=${canyon_SOURCE_DIR} "-DPROPERTIES=${properties}"
                              -P ${canyon_SOURCE_DIR}/cmake/discover_suites.cmake)
+  set_property(TARGET ${target} APPEND PROPERTY LINK_DEPENDS ${canyon_SOURCE_DIR}/tests/sets.txt)    # labels of the suites
   # For a program that is not built yet: a failing test with a message.
   set(include_file ${CMAKE_CURRENT_BINARY_DIR}/${target}_include.cmake)
   file(WRITE ${include_file} "if(EXISTS \"${file}\")\n  include(\"${file}\")\nelse()\n"

@@ -1,0 +1,12 @@
+# canyon_set_label(NAME OUT): the label that tests/sets.txt gives to a test, or an empty string.
+function(canyon_set_label name out)
+  file(STRINGS ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/../tests/sets.txt rows REGEX "^[^#]")
+  set(${out} "" PARENT_SCOPE)
+  foreach(row IN LISTS rows)
+    string(REGEX MATCH "^([^ ]+) +([^ ]+)" match "${row}")
+    set(label ${CMAKE_MATCH_1})
+    if(name MATCHES "^(${CMAKE_MATCH_2})$")
+      set(${out} ${label} PARENT_SCOPE)
+    endif()
+  endforeach()
+endfunction()
