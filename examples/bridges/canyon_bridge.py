@@ -3,7 +3,7 @@
     simulator -> pose -> bridge -> JSON over UDP -> canyon live -> epochs.csv over TCP -> bridge -> fix -> simulator
 
 Both connections have the same port number (town.yaml). Lengths are metres, times seconds of the simulator's clock.
-A frame is three letters, the directions of x, y and z: E, W, N, S, U or D. ROS has ENU, AirSim NED, and CARLA ESU,
+A frame is three letters, the directions of x, y and z: E, W, N, S, U or D. ROS has ENU, PX4 NED, and CARLA ESU,
 which is left-handed. The frame's origin is the city's (`--origin`), moved by `--at`.
 """
 import argparse
