@@ -9,6 +9,7 @@
 #include "canyon/analysis/validation/recording_table.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/options/node.hpp"
+#include "canyon/base/options/read.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/simulation/scenario/profile.hpp"

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cctype>
 
+#include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/read.hpp"
 #include "cli/commands.hpp"
 

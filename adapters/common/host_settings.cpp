@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "canyon/base/geodesy/time_scales.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/paths/propagation/propagator.hpp"
 

@@ -1,6 +1,7 @@
 // The drive plugin in a running world.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <cmath>
 

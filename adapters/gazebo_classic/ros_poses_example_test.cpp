@@ -1,5 +1,6 @@
 // examples/ros1_poses.py between a ROS 1 publisher and the decoder of `canyon live`.
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <optional>
 

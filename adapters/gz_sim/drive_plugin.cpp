@@ -1,5 +1,6 @@
 // No header declares it: Gazebo loads it by name. Moves its model along a path of simulated time, independent
 // of physics: a vehicle on rails.
+#include <Eigen/Geometry>
 #include <exception>
 #include <filesystem>
 #include <gz/common/Console.hh>

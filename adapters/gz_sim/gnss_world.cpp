@@ -1,6 +1,7 @@
 #include "adapters/gz_sim/gnss_world.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <future>

@@ -1,5 +1,6 @@
 // The requests to the graphical client, received by a mock.
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <gz/msgs/boolean.pb.h>
 #include <gz/msgs/marker_v.pb.h>

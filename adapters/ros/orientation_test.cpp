@@ -1,6 +1,7 @@
 #include "adapters/ros/orientation.hpp"
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include "adapters/ros/testing/stand_ins.hpp"
 #include "canyon/base/geodesy/constants.hpp"

@@ -1,6 +1,7 @@
 #include "adapters/ros/sensor_conversions.hpp"
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <array>
 

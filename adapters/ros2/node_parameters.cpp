@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/options/describe.hpp"
 
 namespace canyon::adapters::ros2 {
 namespace {

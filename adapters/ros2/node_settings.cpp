@@ -8,9 +8,11 @@
 
 #include "adapters/ros2/rtcm_topic.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/node.hpp"
 #include "canyon/base/options/read.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/outputs/live/epoch_publisher.hpp"

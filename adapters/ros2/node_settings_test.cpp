@@ -6,6 +6,7 @@
 #include <fstream>
 #include <set>
 
+#include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/values.hpp"
 #include "tests/support/documented.hpp"
 #include "tests/support/refusal.hpp"

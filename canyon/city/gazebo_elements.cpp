@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,7 @@
 #include "canyon/city/link_shapes.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>

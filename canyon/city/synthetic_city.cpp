@@ -10,6 +10,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/city/city.hpp"
 

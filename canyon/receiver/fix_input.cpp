@@ -8,6 +8,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/receiver/rtk/rtk_filter.hpp"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "canyon/base/options/fwd.hpp"
-#include "canyon/base/options/values.hpp"
+#include "canyon/base/options/switch.hpp"
 #include "canyon/receiver/fix_input.hpp"
 #include "canyon/receiver/positioning/fix.hpp"
 #include "canyon/receiver/positioning/fusion/dead_reckoning.hpp"

@@ -2,12 +2,14 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <cmath>
 #include <limits>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
+#include "canyon/base/options/describe.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "tests/support/append_box.hpp"

@@ -1,6 +1,7 @@
 #include "canyon/sky/range_errors.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>
@@ -13,6 +14,8 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
 namespace canyon::sky {

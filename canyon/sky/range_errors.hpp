@@ -10,7 +10,7 @@
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/geodesy/gps_time.hpp"
 #include "canyon/base/options/fwd.hpp"
-#include "canyon/base/options/values.hpp"
+#include "canyon/base/options/switch.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/base/thread_cache.hpp"
 #include "canyon/sky/gnss/navigation_data.hpp"

@@ -1,6 +1,7 @@
 #include "canyon/sky/range_errors.hpp"
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <cmath>
 #include <vector>

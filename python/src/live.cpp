@@ -1,4 +1,5 @@
 
+#include <Eigen/Geometry>
 #include <sstream>
 
 #include "canyon/base/input_error.hpp"

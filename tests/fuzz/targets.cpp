@@ -1,6 +1,7 @@
 #include "tests/fuzz/targets.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <bzlib.h>
 #include <zlib.h>

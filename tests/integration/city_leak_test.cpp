@@ -1,6 +1,7 @@
 // No ray leaks out of the solids of a real map: from inside a building every direction hits a surface.
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <iostream>
 #include <random>

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/read.hpp"
 #include "canyon/base/options/values.hpp"
 #include "canyon/city/buildings/sources/overpass.hpp"

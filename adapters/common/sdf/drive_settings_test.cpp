@@ -6,6 +6,7 @@
 #include <fstream>
 #include <limits>
 
+#include "canyon/base/options/describe.hpp"
 #include "tests/support/documented.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"

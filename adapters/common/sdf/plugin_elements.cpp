@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/node.hpp"
 #include "canyon/base/text.hpp"
 

@@ -10,6 +10,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/options/describe.hpp"
 #include "canyon/base/text.hpp"
 #include "tests/support/documented.hpp"
 #include "tests/support/option_values.hpp"

@@ -10,6 +10,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/options/read.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/outputs/encoding/epoch_values.hpp"
 #include "canyon/outputs/encoding/number.hpp"

@@ -9,6 +9,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/options/read.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"

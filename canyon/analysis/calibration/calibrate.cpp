@@ -11,6 +11,7 @@
 #include "canyon/analysis/validation/statistics.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
+#include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/node.hpp"
 #include "canyon/base/options/read.hpp"
 #include "canyon/base/options/values.hpp"

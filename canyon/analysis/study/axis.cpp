@@ -15,6 +15,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/node.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/simulation/unknowns/unknowns.hpp"
 

@@ -7,9 +7,11 @@
 #include <utility>
 
 #include "canyon/analysis/study/axis.hpp"
+#include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/node.hpp"
 #include "canyon/base/options/read.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "canyon/analysis/study/runner.hpp"
+#include "canyon/base/options/describe.hpp"
 #include "tests/support/documented.hpp"
 #include "tests/support/simulation_support.hpp"
 

@@ -12,6 +12,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 

@@ -11,6 +11,7 @@
 #include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/read.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"

@@ -1,6 +1,7 @@
 #include "canyon/base/geodesy/frames.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 #include <GeographicLib/Geocentric.hpp>
 #include <GeographicLib/MGRS.hpp>
 #include <GeographicLib/NormalGravity.hpp>
@@ -64,6 +65,14 @@ LocalFrame::LocalFrame(const Geodetic& origin, double heading_rad)
   const Eigen::Matrix3d enu_from_local =
       Eigen::AngleAxisd(heading_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   ecef_from_local_ = enu_from_ecef_rotation(origin).transpose() * enu_from_local;
+}
+
+Eigen::Vector3d LocalFrame::ecef_from_local(const Eigen::Vector3d& local) const {
+  return origin_ecef_ + ecef_from_local_ * local;
+}
+
+Eigen::Vector3d LocalFrame::local_from_ecef(const Eigen::Vector3d& ecef) const {
+  return ecef_from_local_.transpose() * (ecef - origin_ecef_);
 }
 
 Eigen::Vector3d enu_from_azimuth_elevation(double azimuth_rad, double elevation_rad) {

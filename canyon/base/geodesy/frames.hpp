@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <string>
 
 namespace canyon::geodesy {
@@ -39,12 +38,8 @@ class LocalFrame {
   [[nodiscard]] const Geodetic& origin() const { return origin_; }
   [[nodiscard]] double heading_rad() const { return heading_rad_; }
 
-  [[nodiscard]] Eigen::Vector3d ecef_from_local(const Eigen::Vector3d& local) const {
-    return origin_ecef_ + ecef_from_local_ * local;
-  }
-  [[nodiscard]] Eigen::Vector3d local_from_ecef(const Eigen::Vector3d& ecef) const {
-    return ecef_from_local_.transpose() * (ecef - origin_ecef_);
-  }
+  [[nodiscard]] Eigen::Vector3d ecef_from_local(const Eigen::Vector3d& local) const;
+  [[nodiscard]] Eigen::Vector3d local_from_ecef(const Eigen::Vector3d& ecef) const;
   [[nodiscard]] Geodetic geodetic_from_local(const Eigen::Vector3d& local) const {
     return geodetic_from_ecef(ecef_from_local(local));
   }

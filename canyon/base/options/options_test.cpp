@@ -10,6 +10,7 @@
 #include "canyon/base/options/node.hpp"
 #include "canyon/base/options/read.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/spoiled_options.hpp"
 

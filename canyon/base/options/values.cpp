@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <algorithm>
 
+#include "canyon/base/options/visitor.hpp"
+
 namespace canyon::options {
 
 void Checker::field(const Field& field, Value& value) {
@@ -91,6 +93,13 @@ void check_folder_name(Visitor& v, std::string_view key, const std::string& name
     throw v.fault(key, fmt::format("'{}' cannot name a folder", name),
                   "use at most 60 letters, digits, '-', '_' and '.', a dot not first");
   }
+}
+
+void visit_switch(Visitor& v, const Field& field, Switch& value) {
+  if (v.leaves_out_defaults() && !value.is_set()) return;
+  bool on = value;
+  v.boolean(field, on);
+  if (v.reads() && v.has(field.name)) value = on;
 }
 
 }  // namespace canyon::options

@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include "canyon/base/options/switch.hpp"
 #include "canyon/base/options/visitor.hpp"
 
 namespace canyon::options {
@@ -91,33 +92,6 @@ template <typename Options>
 /// unless `name` has 1 to 60 letters, digits, '-', '_' and '.', and does not begin with a dot.
 void check_folder_name(Visitor& v, std::string_view key, const std::string& name);
 
-/// A switch, on or off. If it is not set, the default may depend on other options.
-class Switch {
- public:
-  /// A default.
-  constexpr Switch(bool value) : value_(value) {}     // NOLINT(google-explicit-constructor): it is a bool
-  constexpr operator bool() const { return value_; }  // NOLINT(google-explicit-constructor)
-  constexpr Switch& operator=(bool value) {
-    value_ = value;
-    set_ = true;
-    return *this;
-  }
-  /// Sets the default, used if the switch is not set.
-  constexpr void set_default(bool value) {
-    if (!set_) value_ = value;
-  }
-  [[nodiscard]] constexpr bool is_set() const { return set_; }
-
- private:
-  bool value_;
-  bool set_ = false;
-};
-
-inline void visit_switch(Visitor& v, const Field& field, Switch& value) {
-  if (v.leaves_out_defaults() && !value.is_set()) return;
-  bool on = value;
-  v.boolean(field, on);
-  if (v.reads() && v.has(field.name)) value = on;
-}
+void visit_switch(Visitor& v, const Field& field, Switch& value);
 
 }  // namespace canyon::options

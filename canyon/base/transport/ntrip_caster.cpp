@@ -5,6 +5,7 @@
 #include <mutex>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/transport/devices.hpp"
 #include "canyon/base/transport/ntrip.hpp"

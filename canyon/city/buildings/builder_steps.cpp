@@ -1,6 +1,7 @@
 #include "canyon/city/buildings/builder_steps.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>

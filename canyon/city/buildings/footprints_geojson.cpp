@@ -1,5 +1,6 @@
 #include "canyon/city/buildings/footprints_geojson.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 #include <optional>

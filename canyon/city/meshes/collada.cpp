@@ -1,5 +1,6 @@
 // read_collada(). Format: Khronos, COLLADA 1.4.1 and 1.5.0 specifications.
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,7 @@
 // read_obj(). Format: Wavefront, "Object Files (.obj)", appendix B1 of Advanced Visualizer.
 // read_stl(). Format: 3D Systems, "StereoLithography Interface Specification", 1989.
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>

@@ -2,6 +2,7 @@
 // little-endian).
 #include <fmt/format.h>
 #include <zlib.h>
+#include <Eigen/Geometry>
 
 #include <array>
 #include <map>

@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "canyon/base/options/describe.hpp"
 #include "canyon/outputs/encoding/stream.hpp"
 #include "tests/support/sample_epochs.hpp"
 #include "tests/support/temporary_folder.hpp"

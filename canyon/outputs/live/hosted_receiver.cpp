@@ -11,6 +11,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_files.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/outputs/encoding/encoder.hpp"
 #include "canyon/outputs/encoding/stream.hpp"

@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "canyon/base/options/visitor.hpp"
+#include "canyon/base/options/fwd.hpp"
 #include "canyon/outputs/live/controls.hpp"
 #include "canyon/outputs/live/epoch_publisher.hpp"
 #include "canyon/outputs/live/rtcm_input.hpp"

@@ -1,6 +1,7 @@
 #include "canyon/outputs/live/mavlink_poses.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>

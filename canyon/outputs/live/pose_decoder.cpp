@@ -1,6 +1,7 @@
 #include "canyon/outputs/live/pose_decoder.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <zlib.h>
 

@@ -1,6 +1,7 @@
 #include "canyon/outputs/live/pose_source.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <cmath>
 #include <utility>

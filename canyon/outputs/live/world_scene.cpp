@@ -1,6 +1,7 @@
 #include "canyon/outputs/live/world_scene.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>

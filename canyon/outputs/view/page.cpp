@@ -1,6 +1,7 @@
 #include "canyon/outputs/view/page.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>

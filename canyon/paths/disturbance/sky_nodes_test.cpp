@@ -1,6 +1,7 @@
 #include "canyon/paths/disturbance/skyline.hpp"
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,7 @@
 #include "canyon/paths/propagation/diffuse.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <bit>

@@ -1,6 +1,7 @@
 #include "canyon/paths/propagation/propagation_options.hpp"
 
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 
 namespace canyon::propagation {
 namespace {

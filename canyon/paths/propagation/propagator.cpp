@@ -1,5 +1,6 @@
 #include "canyon/paths/propagation/propagator.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>
 #include <cmath>

@@ -1,6 +1,7 @@
 // A propagator that traces many epochs allocates nothing once its buffers have grown.
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <cmath>
 #include <vector>

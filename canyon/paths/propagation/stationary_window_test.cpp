@@ -2,6 +2,7 @@
 // exactly the paths that a new propagator traces in a new thread.
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <cmath>
 #include <random>

@@ -5,6 +5,7 @@
 //   build-release/bin/signal_ways_bench [mix of facades] [scattering coefficient]
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>

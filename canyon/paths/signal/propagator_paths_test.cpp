@@ -2,6 +2,7 @@
 // edges, diffuse, through vegetation.
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "canyon/base/options/fwd.hpp"
-#include "canyon/base/options/values.hpp"
+#include "canyon/base/options/switch.hpp"
 
 namespace canyon::positioning {
 

@@ -1,6 +1,7 @@
 #include "canyon/receiver/positioning/pseudorange_model.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/receiver/positioning/least_squares.hpp"
 #include "canyon/receiver/positioning/range_terms.hpp"
 

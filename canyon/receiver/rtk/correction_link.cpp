@@ -9,6 +9,7 @@
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 
 namespace canyon::rtk {
 

@@ -6,6 +6,7 @@
 
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/receiver/positioning/pseudorange_model.hpp"
 #include "canyon/receiver/rtk/baseline_filter.hpp"
 

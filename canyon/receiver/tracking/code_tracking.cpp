@@ -13,6 +13,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/receiver/tracking/zero_search.hpp"
 
 namespace canyon::tracking {

@@ -9,6 +9,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/paths/propagation/index/knife_edge.hpp"
 
 namespace canyon::tracking {

@@ -1,6 +1,7 @@
 #include "canyon/simulation/motion/pose.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,7 @@
 #include "canyon/simulation/motion/pose_motion.hpp"
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <cmath>
 #include <limits>

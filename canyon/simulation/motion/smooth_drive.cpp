@@ -1,6 +1,7 @@
 #include "canyon/simulation/motion/smooth_drive.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,6 @@
 #include "canyon/simulation/motion/smooth_poses.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <string>

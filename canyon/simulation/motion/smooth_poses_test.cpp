@@ -1,6 +1,7 @@
 #include "canyon/simulation/motion/smooth_poses.hpp"
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <cmath>
 

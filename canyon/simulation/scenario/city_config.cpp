@@ -9,6 +9,7 @@
 #include "canyon/base/file_kind.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/buildings/sources/model_kind.hpp"
 #include "canyon/simulation/scenario/scenario_fields.hpp"

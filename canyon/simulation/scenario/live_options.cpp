@@ -5,7 +5,9 @@
 #include <string_view>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/node.hpp"
+#include "canyon/base/options/read.hpp"
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/options/visitor.hpp"
 #include "canyon/receiver/rtk/correction_link.hpp"

@@ -12,6 +12,7 @@ namespace {
 #define CANYON_STREAM_FORMAT(name, file)
 #define CANYON_RUN_OUTPUT(name, wanted, help) Output{#name, wanted, help},
 constexpr Output kAll[]{
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/simulation/scenario/outputs.def"
 };
 

@@ -6,7 +6,10 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/named.hpp"
+#include "canyon/base/options/describe.hpp"
+#include "canyon/base/options/read.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/scenario/scenario_fields.hpp"

@@ -6,8 +6,11 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/named.hpp"
+#include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/node.hpp"
+#include "canyon/base/options/read.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/receiver/rtk/correction_link.hpp"
 #include "canyon/simulation/scenario/profile.hpp"

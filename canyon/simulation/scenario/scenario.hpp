@@ -10,8 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/base/options/describe.hpp"
-#include "canyon/base/options/visitor.hpp"
+#include "canyon/base/options/fwd.hpp"
 #include "canyon/paths/disturbance/disturbance.hpp"
 #include "canyon/paths/disturbance/faults/fault.hpp"
 #include "canyon/paths/disturbance/shadowing_options.hpp"

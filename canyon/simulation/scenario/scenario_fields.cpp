@@ -9,6 +9,7 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/simulation/motion/csv_track.hpp"

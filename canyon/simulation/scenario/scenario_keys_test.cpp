@@ -9,6 +9,7 @@
 #include <set>
 #include <sstream>
 
+#include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/read.hpp"
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/text.hpp"

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text.hpp"
 
 namespace canyon::gnss {

@@ -7,7 +7,6 @@
 
 #include "canyon/base/geodesy/gps_time.hpp"
 #include "canyon/base/options/fwd.hpp"
-#include "canyon/base/options/visitor.hpp"
 #include "canyon/sky/gnss/satellite_id.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 

@@ -20,6 +20,7 @@
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/receiver/corrections.hpp"

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "canyon/analysis/heatmap/cells/shared_cells.hpp"
+#include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/read.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/city/city.hpp"

@@ -16,6 +16,7 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/work_queue.hpp"
 #include "canyon/city/city.hpp"

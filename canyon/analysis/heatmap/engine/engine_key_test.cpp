@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/read.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"

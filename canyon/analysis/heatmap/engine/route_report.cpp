@@ -9,6 +9,7 @@
 #include "canyon/analysis/heatmap/engine/map_summary.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/statistics.hpp"
 
 namespace canyon::heatmap {

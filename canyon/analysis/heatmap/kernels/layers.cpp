@@ -8,6 +8,7 @@
 
 #include "canyon/base/named.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text.hpp"
 
 namespace canyon::heatmap {

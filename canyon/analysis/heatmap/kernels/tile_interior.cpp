@@ -1,5 +1,6 @@
 #include "canyon/analysis/heatmap/kernels/tile_interior.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>
 #include <cmath>

@@ -1,6 +1,7 @@
 #include "canyon/city/buildings/shapes/solid.hpp"
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <fstream>
 

@@ -1,6 +1,7 @@
 #include "canyon/city/buildings/sources/gml_objects.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cstdint>

@@ -1,6 +1,7 @@
 #include "canyon/city/buildings/sources/map_data.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>

@@ -6,6 +6,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 
 namespace canyon::buildings {
 

@@ -2,6 +2,7 @@
 #include "canyon/city/buildings/sources/osm_reader.hpp"
 
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>

@@ -14,6 +14,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <gdal_frmts.h>
+#include <Eigen/Geometry>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

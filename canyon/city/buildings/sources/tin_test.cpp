@@ -1,5 +1,6 @@
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include "canyon/city/buildings/sources/terrain.hpp"
 #include "canyon/city/city.hpp"

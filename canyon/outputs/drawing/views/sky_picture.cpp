@@ -12,6 +12,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/outputs/drawing/views/sky_marks.hpp"
 

@@ -12,6 +12,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/outputs/encoding/number.hpp"
 #include "canyon/receiver/receiver.hpp"

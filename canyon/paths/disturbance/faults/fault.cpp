@@ -7,9 +7,11 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/node.hpp"
 #include "canyon/base/options/read.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/paths/disturbance/faults/receiver_faults.hpp"
 #include "canyon/paths/disturbance/faults/satellite_faults.hpp"

@@ -11,9 +11,7 @@
 
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/geodesy/gps_time.hpp"
-#include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/fwd.hpp"
-#include "canyon/base/options/visitor.hpp"
 #include "canyon/city/fwd.hpp"
 #include "canyon/city/raytrace/ray_scene.hpp"
 #include "canyon/paths/disturbance/disturbance.hpp"

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/values.hpp"
 #include "canyon/paths/disturbance/faults/fault_timeline.hpp"
 #include "canyon/paths/disturbance/faults/receiver_faults.hpp"

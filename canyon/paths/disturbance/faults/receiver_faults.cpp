@@ -6,6 +6,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 
 namespace canyon::disturbance {
 namespace {

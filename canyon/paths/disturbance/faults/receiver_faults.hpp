@@ -4,7 +4,7 @@
 #include <optional>
 #include <string_view>
 
-#include "canyon/base/options/visitor.hpp"
+#include "canyon/base/options/fwd.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/paths/disturbance/disturbance.hpp"
 #include "canyon/paths/disturbance/faults/fault.hpp"

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/statistics.hpp"
 
 namespace canyon::disturbance {

@@ -9,6 +9,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/paths/signal/path_strength.hpp"

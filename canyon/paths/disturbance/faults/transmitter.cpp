@@ -14,6 +14,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/paths/propagation/index/knife_edge.hpp"
 #include "canyon/paths/propagation/paths.hpp"

@@ -1,5 +1,6 @@
 #include "canyon/paths/propagation/index/facets.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numeric>

@@ -1,6 +1,7 @@
 #include "canyon/paths/propagation/index/facets.hpp"
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>

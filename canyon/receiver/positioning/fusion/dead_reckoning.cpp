@@ -1,5 +1,6 @@
 #include "canyon/receiver/positioning/fusion/dead_reckoning.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +11,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/base/options/visitor.hpp"
 #include "canyon/receiver/positioning/fusion/inertial_errors.hpp"
 #include "canyon/receiver/positioning/fusion/vehicle_constraints.hpp"
 

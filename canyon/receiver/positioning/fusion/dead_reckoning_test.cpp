@@ -1,6 +1,7 @@
 #include "canyon/receiver/positioning/fusion/dead_reckoning.hpp"
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <cmath>
 #include <limits>

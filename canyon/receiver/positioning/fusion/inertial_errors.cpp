@@ -1,5 +1,6 @@
 #include "canyon/receiver/positioning/fusion/inertial_errors.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "canyon/base/geodesy/constants.hpp"

@@ -1,6 +1,7 @@
 #include "canyon/receiver/positioning/fusion/inertial_errors.hpp"
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <cmath>
 

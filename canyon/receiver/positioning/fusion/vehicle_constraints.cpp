@@ -1,5 +1,6 @@
 #include "canyon/receiver/positioning/fusion/vehicle_constraints.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
