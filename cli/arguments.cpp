@@ -146,9 +146,8 @@ std::string unknown_word(const Command& program, const std::vector<std::string>&
     }
     const std::string what = fmt::format("no {} '{}'", option ? "option" : "command", word);
     if (!option) return fmt::format("{}; {}", what, known_names(word, known));
-    const auto meant = closest(word, known);
-    if (meant) return fmt::format("{}; did you mean '{}'?", what, *meant);
-    return fmt::format("{}; see {} --help", what, path);
+    const std::string help = fmt::format("see {} --help", path);
+    return fmt::format("{}; {}", what, did_you_mean(closest(word, known), help));
   }
   return {};
 }

@@ -60,9 +60,7 @@ void check_known(const std::vector<std::string>& given, const std::vector<std::s
                  const std::string& what, const char* hint) {
   for (const std::string& name : given) {
     if (std::count(known.begin(), known.end(), name) > 0) continue;
-    const auto meant = closest(name, known);
-    throw InputError(fmt::format("{} '{}'", what, name),
-                     meant ? fmt::format("did you mean '{}'?", *meant) : hint);
+    throw InputError(fmt::format("{} '{}'", what, name), did_you_mean(closest(name, known), hint));
   }
 }
 

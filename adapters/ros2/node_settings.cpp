@@ -332,8 +332,7 @@ const Key* find_parameter(const std::string& name) {
 std::string meant_parameter(const std::string& name) {
   std::vector<std::string> names;
   for (const Key& key : parameter_keys()) names.push_back(key.path);
-  const auto similar = options::closest_key(name, names);
-  return similar ? fmt::format("did you mean '{}'?", *similar) : "see docs/ros2.md for their names";
+  return did_you_mean(options::closest_key(name, names), "see docs/ros2.md for their names");
 }
 
 bool is_receivers(const std::string& name) {

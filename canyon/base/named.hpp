@@ -17,7 +17,7 @@ namespace canyon {
 /// none is close.
 [[nodiscard]] inline std::string known_names(std::string_view name, const std::vector<std::string>& known) {
   const std::optional<std::string> similar = closest(name, known);
-  std::string text = similar ? "did you mean '" + *similar + "'?" : "";
+  std::string text = did_you_mean(similar);
   constexpr std::size_t kLongList = 20;
   if (similar && known.size() > kLongList) return text;
   text += similar ? " known: " : "known: ";

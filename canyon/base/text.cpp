@@ -189,6 +189,10 @@ std::optional<std::string> closest(std::string_view word, const std::vector<std:
   return *best;
 }
 
+std::string did_you_mean(const std::optional<std::string>& meant, std::string_view otherwise) {
+  return meant ? "did you mean '" + *meant + "'?" : std::string(otherwise);
+}
+
 std::string text_table(const TextRow& head, const std::vector<TextRow>& rows, const TextTableStyle& style) {
   struct Column {
     std::size_t width;

@@ -35,10 +35,13 @@ namespace canyon {
 /// whose lines may be truncated.
 [[nodiscard]] std::string_view column(std::string_view text, std::size_t begin, std::size_t length);
 
-/// The candidate closest to `word` (edit distance at most a third of its length, at least 2): "did you mean"
-/// for unknown keys and names. Empty if none is close.
+/// The candidate closest to `word` (edit distance at most a third of its length, at least 2). Empty if none
+/// is close.
 [[nodiscard]] std::optional<std::string> closest(std::string_view word,
                                                  const std::vector<std::string>& candidates);
+/// The hint "did you mean 'MEANT'?", or `otherwise` if `meant` is empty.
+[[nodiscard]] std::string did_you_mean(const std::optional<std::string>& meant,
+                                       std::string_view otherwise = {});
 
 /// Cells of a line of a table, UTF-8; a row may be shorter than the head.
 using TextRow = std::vector<std::string>;

@@ -107,6 +107,8 @@ TEST(Text, ClosestFindsSlipsOfThePen) {
   EXPECT_EQ(closest("system", keys), "systems");
   EXPECT_EQ(closest("trajectory", keys), std::nullopt);
   EXPECT_EQ(closest("seed", {}), std::nullopt);
+  EXPECT_EQ(did_you_mean(closest("sede", keys), "write a key"), "did you mean 'seed'?");
+  EXPECT_EQ(did_you_mean(closest("trajectory", keys), "write a key"), "write a key");
 }
 
 TEST(Named, AnUnknownNameIsAnErrorWithTheCloseOneAndTheKnown) {

@@ -216,10 +216,8 @@ LimitsFile read_limits(const fs::path& path, const std::vector<std::string>& dri
   for (const Limits& each : file.limits) {
     for (const std::string& name : each.drives) {
       if (std::count(drives.begin(), drives.end(), name) > 0) continue;
-      const auto meant = closest(name, drives);
-      throw InputError(
-          path, 0, fmt::format("there is no drive '{}' in the bench", name),
-          meant ? fmt::format("did you mean '{}'?", *meant) : "make it, or remove it from the limits");
+      throw InputError(path, 0, fmt::format("there is no drive '{}' in the bench", name),
+                       did_you_mean(closest(name, drives), "make it, or remove it from the limits"));
     }
   }
   return file;

@@ -246,10 +246,9 @@ void StudyPlan::read_axes(const Node& root) {
                                    (path[plain.size()] == '.' || path[plain.size()] == '['));
         });
         if (is_known) continue;
-        const auto similar = closest(plain, known);
-        throw InputError(
-            study_.file, axis.line, fmt::format("axis '{}': a scenario has no key '{}'", axis.name, key),
-            similar ? fmt::format("did you mean '{}'?", *similar) : "'canyon scenario keys' prints them all");
+        throw InputError(study_.file, axis.line,
+                         fmt::format("axis '{}': a scenario has no key '{}'", axis.name, key),
+                         did_you_mean(closest(plain, known), "'canyon scenario keys' prints them all"));
       }
     }
   }

@@ -303,9 +303,7 @@ std::string Document::hint_for(const std::string& path, const std::string& key) 
   const auto other = replaced.find(path.empty() ? key : fmt::format("{}.{}", path, key));
   if (other != replaced.end()) return other->second;
   const std::vector<std::string> here = keys_of(path);
-  const auto similar = closest_key(key, here);
-  return similar ? fmt::format("did you mean '{}'?", *similar)
-                 : fmt::format("known here: {}", fmt::join(here, ", "));
+  return did_you_mean(closest_key(key, here), fmt::format("known here: {}", fmt::join(here, ", ")));
 }
 
 Node parse_yaml(const std::string& text, const Document& document, std::string_view needs) {

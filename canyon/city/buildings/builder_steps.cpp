@@ -261,10 +261,9 @@ void add_guesses(ReadReport& notes, const BuildReport& report, const MapData& ma
   for (const auto& [type, height_m] : known.by_type) types.insert(type);
   for (const auto& [type, height_m] : heights.by_type) {
     if (types.count(type) > 0) continue;
-    const auto meant = closest(type, {types.begin(), types.end()});
-    notes.add_line(ReadReport::Level::Guess,
-                   fmt::format("heights: the map has no building of type '{}'{}", type,
-                               meant ? fmt::format("; did you mean '{}'?", *meant) : ""));
+    const std::string hint = did_you_mean(closest(type, {types.begin(), types.end()}));
+    notes.add_line(ReadReport::Level::Guess, fmt::format("heights: the map has no building of type '{}'{}{}",
+                                                         type, hint.empty() ? "" : "; ", hint));
   }
 }
 

@@ -76,10 +76,9 @@ std::string get(const OptionsRequest& request, const Receivers& receivers) {
     }
   }
   if (!found) {
-    const auto similar = closest(wanted, keys);
-    throw InputError(fmt::format("'{}' is not a key or section that has a value", wanted),
-                     similar ? fmt::format("did you mean '{}'?", *similar)
-                             : "send an empty request to list all changeable keys");
+    throw InputError(
+        fmt::format("'{}' is not a key or section that has a value", wanted),
+        did_you_mean(closest(wanted, keys), "send an empty request to list all changeable keys"));
   }
   text.pop_back();
   return text;

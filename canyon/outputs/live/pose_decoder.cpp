@@ -212,8 +212,7 @@ class JsonPoses final : public PoseDecoder {
     auto similar = closest(low, known);
     for (const std::string& each : known)
       if (low.size() > 2 && each.compare(0, low.size(), low) == 0) similar = each;
-    return similar ? fmt::format(": did you mean '{}'?", *similar)
-                   : fmt::format(": a pose has {}", fmt::join(known, ", "));
+    return ": " + did_you_mean(similar, fmt::format("a pose has {}", fmt::join(known, ", ")));
   }
 
   Axes axes_;

@@ -228,10 +228,8 @@ const FaultKind& fault_kind_named(std::string_view name) {
     if (kind.name == name) return kind;
     names.emplace_back(kind.name);
   }
-  const auto meant = closest(std::string(name), names);
   throw InputError(fmt::format("there is no fault '{}'", name),
-                   meant ? fmt::format("did you mean '{}'?", *meant)
-                         : fmt::format("use one of {}", fmt::join(names, ", ")));
+                   did_you_mean(closest(name, names), fmt::format("use one of {}", fmt::join(names, ", "))));
 }
 
 options::Description description(const FaultKind& kind) {
