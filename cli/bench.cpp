@@ -156,7 +156,7 @@ void run_baselines(const fs::path& bench, const std::vector<fs::path>& drives, b
          "bench score` adds them"});
     return;
   }
-  Progress progress("baselines", quiet);
+  ProgressLine progress("baselines", quiet);
   for (std::size_t i = 0; i < missing.size(); ++i) {
     const fs::path estimate = missing[i][3];
     if (const std::string problem = run_bounded(missing[i], 600); !problem.empty())
@@ -377,7 +377,7 @@ int score_estimates(const ScoreArguments& arguments, const std::vector<UserEstim
   run_baselines(arguments.bench, folders, arguments.quiet);
   std::vector<DriveTracks> all;
   int failed = 0;
-  Progress progress("scoring", arguments.quiet);
+  ProgressLine progress("scoring", arguments.quiet);
   for (const fs::path& folder : folders) {
     std::string problem;
     all.push_back(read_tracks(folder, estimates, problem));
@@ -488,7 +488,7 @@ int run_all(const ScoreArguments& given) {
   if (!arguments.limits.empty()) (void)bench::read_limits(arguments.limits, drive_names(folders));
   fs::create_directories(files);
   {
-    Progress progress("estimating", arguments.quiet);
+    ProgressLine progress("estimating", arguments.quiet);
     for (std::size_t i = 0; i < folders.size(); ++i) {
       const std::string drive = folders[i].filename().string();
       const fs::path estimate = files / (drive + ".csv");

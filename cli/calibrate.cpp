@@ -112,7 +112,7 @@ class CalibrationDrive : public RecordedDrive {
       if (const auto fraction = calibration::fitted_glass(*calibrated))
         environment_ = sampled_environment(calibration::with_coated_glass(scenario_, *fraction));
     }
-    Progress progress(fmt::format("{}comparing: {}", prefix_, called), quiet);
+    ProgressLine progress(fmt::format("{}comparing: {}", prefix_, called), quiet);
     compare_.progress = progress_of(progress);
     const validation::Comparison comparison = simulate(receiver);
     Rows rows;
@@ -257,7 +257,7 @@ int calibrate(const CalibrateArguments& given) {
   calibration::CalibrateOptions options;
   options.threads = arguments.threads;
   std::string doing;
-  std::optional<Progress> progress;
+  std::optional<ProgressLine> progress;
   options.progress = [&](const std::string& what, std::size_t done, std::size_t total) {
     if (drives.front()->stop().load()) throw Interrupted{};
     if (what != doing || !progress) progress.emplace("calibrating: " + what, arguments.quiet);

@@ -134,7 +134,7 @@ simulation::CityConfig city_config(const std::string& input, const CityArguments
 }
 
 buildings::BuiltCity read_city(const simulation::CityConfig& config, const char* what, bool quiet) {
-  Progress progress(what, quiet);
+  ProgressLine progress(what, quiet);
   return simulation::read_city(config, progress.callback());
 }
 

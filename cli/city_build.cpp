@@ -92,7 +92,7 @@ std::vector<std::filesystem::path> download(const CityBuildArguments& arguments,
     map.bbox_deg = {box.west, box.south, box.east, box.north};
   }
   box.validate();
-  Progress progress("downloading", arguments.quiet);
+  ProgressLine progress("downloading", arguments.quiet);
   return buildings::download_osm(box, options, progress.callback());
 }
 

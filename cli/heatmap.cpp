@@ -225,7 +225,7 @@ class MapRun {
 
   [[nodiscard]] heatmap::MapRunResult compute(const heatmap::Heatmap& heatmap, heatmap::TileStore& store,
                                               int run) {
-    Progress progress(
+    ProgressLine progress(
         runs_->several() ? fmt::format("mapping {} of {}", run + 1, runs_->count()) : std::string("mapping"),
         quiet(), "cells");
     heatmap::MapRunOptions options;
@@ -286,7 +286,7 @@ class MapRun {
     make_output_folder(folder);
     heatmap::MapSource map = source(over);
     const auto with_progress = [&](const char* what, auto&& writer) {
-      Progress progress(what, quiet());
+      ProgressLine progress(what, quiet());
       map.progress = progress.callback();
       writer();
       map.progress = nullptr;

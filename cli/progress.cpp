@@ -40,14 +40,14 @@ void note(bool quiet, const std::string& text) {
   fmt::print(stderr, "{}\n", hide_passwords(text));
 }
 
-Progress::Progress(std::string what, bool quiet, std::string unit)
+ProgressLine::ProgressLine(std::string what, bool quiet, std::string unit)
     : what_(std::move(what)), unit_(std::move(unit)), quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {}
 
-Progress::~Progress() {
+ProgressLine::~ProgressLine() {
   if (rendered_) fmt::print(stderr, "\r\033[K");
 }
 
-void Progress::update(std::size_t done, std::size_t total) {
+void ProgressLine::update(std::size_t done, std::size_t total) {
   if (quiet_ || total == 0) return;
   const Clock::time_point now = Clock::now();
   if (!found_) found_ = unit_.empty() ? 0 : done;

@@ -25,14 +25,14 @@ void note(bool quiet, const std::string& text);
 
 /// A progress line on standard error: a bar that redraws itself on a terminal, otherwise a plain line every
 /// few seconds, and nothing for work that ends earlier.
-class Progress {
+class ProgressLine {
  public:
   /// @param unit of the count, "cells": counts are then short, and the rate is shown. Items done before the
   /// first update count as found, not as work.
-  Progress(std::string what, bool quiet, std::string unit = {});
-  ~Progress();
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
+  ProgressLine(std::string what, bool quiet, std::string unit = {});
+  ~ProgressLine();
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
 
   void update(std::size_t done, std::size_t total);
   /// update() as a function object.

@@ -149,7 +149,7 @@ void RecordedDrive::warn(const std::vector<std::string>& lines) const {
   for (const std::string& line : lines) print_warnings({prefix_ + line});
 }
 
-std::function<void(std::size_t, std::size_t)> RecordedDrive::progress_of(Progress& progress) const {
+std::function<void(std::size_t, std::size_t)> RecordedDrive::progress_of(ProgressLine& progress) const {
   return [this, &progress](std::size_t done, std::size_t total) {
     if (stop_.load()) throw Interrupted{};
     progress.update(done, total);
@@ -290,7 +290,7 @@ void RecordedDrive::choose_parts() {
 }
 
 void RecordedDrive::align() {
-  Progress progress(prefix_ + "aligning the city", arguments_.quiet);
+  ProgressLine progress(prefix_ + "aligning the city", arguments_.quiet);
   align_options_.progress = progress_of(progress);
   alignment_ =
       validation::align(recording_, *environment_, scenario_.receivers.front().options.fix.elevation_mask_rad,

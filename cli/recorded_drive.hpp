@@ -21,7 +21,7 @@
 
 namespace canyon::cli {
 
-class Progress;
+class ProgressLine;
 
 /// Block resamples for the intervals of a table of recordings; each computes all metrics.
 inline constexpr int kResamples = 200;
@@ -74,7 +74,7 @@ class RecordedDrive {
 
   void note(const std::string& text) const;
   void warn(const std::vector<std::string>& lines) const;
-  [[nodiscard]] std::function<void(std::size_t, std::size_t)> progress_of(Progress& progress) const;
+  [[nodiscard]] std::function<void(std::size_t, std::size_t)> progress_of(ProgressLine& progress) const;
   /// Simulates a receiver at the recording's epochs, by compare_, in the aligned city. The first call finds
   /// the satellites that the recording never tracks; later calls leave them out, without --all-satellites.
   [[nodiscard]] validation::Comparison simulate(const simulation::ReceiverConfig& receiver);

@@ -260,7 +260,7 @@ int run_rtk(const RtkArguments& arguments) {
 
   std::vector<rtk::PairEpoch> epochs;
   {
-    Progress progress("epochs", arguments.quiet);
+    ProgressLine progress("epochs", arguments.quiet);
     rtk::PairOptions options = arguments.options;
     options.signals = signals;
     options.fix.correct_troposphere = true;

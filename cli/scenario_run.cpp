@@ -50,7 +50,7 @@ simulation::RunResult run(const simulation::Simulation& simulation,
                           const char* doing, simulation::RunOptions options, const std::string& report_file) {
   simulation::RunResult result;
   {
-    Progress progress(doing, arguments.quiet);
+    ProgressLine progress(doing, arguments.quiet);
     options.threads = arguments.threads;
     options.stop = &catch_interrupts();
     options.progress = [&progress, also = options.progress](std::size_t done, std::size_t planned) {

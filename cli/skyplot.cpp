@@ -115,7 +115,7 @@ int draw_frames(const SkyplotArguments& arguments, Site& site, ResultFiles& file
   const auto wall_begin = std::chrono::steady_clock::now();
   std::size_t written = 0;
   {
-    Progress progress("drawing", arguments.quiet);
+    ProgressLine progress("drawing", arguments.quiet);
     const auto threads = static_cast<std::size_t>(simulation::threads_of(arguments.threads));
     simulation::for_each_in_order<std::string>(
         count, threads, arguments.threads, [&] { return !stop.load(); },

@@ -162,7 +162,7 @@ int compute(const StudyArguments& arguments, heatmap::MpiProcesses& ranks) {
   std::size_t done = 0;
   const study::RunMaker maker(plan);
   {
-    Progress bar("running", arguments.quiet || ranks.rank() != 0, "runs");
+    ProgressLine bar("running", arguments.quiet || ranks.rank() != 0, "runs");
     bar.update(0, todo.size());
     study::RunnerOptions options;
     options.threads = arguments.threads;

@@ -83,7 +83,7 @@ class EnsembleDrive : public RecordedDrive {
   }
 
   void simulate_point() {
-    Progress progress(fmt::format("{}simulating as it is", prefix_), arguments_.quiet);
+    ProgressLine progress(fmt::format("{}simulating as it is", prefix_), arguments_.quiet);
     compare_.progress = progress_of(progress);
     point_ = simulate(scenario_.receivers.front());
     row_.part = validation::describe_part(point_, 0, part_.count, part_.name);
@@ -109,7 +109,7 @@ using Drives = std::vector<std::unique_ptr<EnsembleDrive>>;
 void draw_all(const EnsembleArguments& arguments, const unknowns::UnknownSamples& samples,
               const Drives& drives) {
   const std::atomic<bool>& stop = catch_interrupts();
-  Progress progress("sampling unknowns", arguments.quiet, "runs");
+  ProgressLine progress("sampling unknowns", arguments.quiet, "runs");
   const std::size_t total = samples.size() * drives.size();
   progress.update(0, total);
   const ProgressCallback report_progress = [&stop](std::size_t, std::size_t) {
@@ -233,7 +233,7 @@ class RecordingValidator : public RecordedDrive {
 
   void compare() {
     for (const validation::Model& model : models_) {
-      Progress progress(fmt::format("{}simulating: {}", prefix_, model.name), arguments_.quiet);
+      ProgressLine progress(fmt::format("{}simulating: {}", prefix_, model.name), arguments_.quiet);
       compare_.name = model.name;
       const int moved = model.moved_city ? runs_ : 0;
       int done_runs = 0;

@@ -115,7 +115,7 @@ void record_page(const RecordArguments& arguments, const fs::path& viewer, const
   if (one_file) wanted["webp"] = webp.string();
   const fs::path complaints = folder / "complaints.txt";
   {
-    Progress progress("filming", quiet);
+    ProgressLine progress("filming", quiet);
     const auto step = progress.callback();
     std::size_t done = 0;
     const int status =

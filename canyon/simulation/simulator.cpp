@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/base/progress.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/motion/antenna_pose.hpp"
@@ -36,28 +37,6 @@ struct EpochBlock {
   std::size_t first = 0;                       // instant
   std::vector<std::vector<PureEpoch>> epochs;  // [instant - first][receiver]
   std::exception_ptr failure;                  // of the first instant after them
-};
-
-// Calls `progress` at most ten times a second, and once at the end.
-class Progress {
- public:
-  Progress(const std::function<void(std::size_t, std::size_t)>& callback, std::size_t total)
-      : callback_(callback), total_(total) {}
-  void report(std::size_t done) {
-    const auto now = Clock::now();
-    if (!callback_ || now - last_ < std::chrono::milliseconds(100)) return;
-    last_ = now;
-    callback_(done, total_);
-  }
-  void finish(std::size_t done) {
-    if (callback_) callback_(done, total_);
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  const std::function<void(std::size_t, std::size_t)>& callback_;
-  std::size_t total_;
-  Clock::time_point last_ = Clock::now();
 };
 
 bool is_set(const std::atomic<bool>* stop) {
@@ -268,7 +247,7 @@ class Simulation::Epochs {
       if (is_set(stop_)) return;
       make_epochs(block.first + i, block.epochs[i]);
       done_ = block.first + i + 1;
-      progress_.report(done_);
+      progress_.add(1);
     }
     if (block.failure) std::rethrow_exception(block.failure);
   }
@@ -276,7 +255,7 @@ class Simulation::Epochs {
   /// @param failure of the run so far
   void finish_sinks(std::exception_ptr failure) {
     simulation::finish_sinks(sinks_, broken_, std::move(failure));
-    progress_.finish(done_);
+    progress_.report();
   }
 
   [[nodiscard]] std::size_t done() const { return done_; }

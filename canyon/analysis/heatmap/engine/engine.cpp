@@ -17,6 +17,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/options/visitor.hpp"
+#include "canyon/base/progress.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/work_queue.hpp"
 #include "canyon/city/city.hpp"
@@ -37,38 +38,6 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr int kValuesVersion = 3;
 /// This many units keep threads and ranks busy, and a killed run loses few results.
 constexpr std::size_t kManyUnits = 256;
-
-/// Cells done, reported to one callback from many threads.
-class Progress {
- public:
-  Progress(const std::function<void(std::size_t, std::size_t)>& callback, std::size_t total, int processes)
-      : callback_(callback), total_(total), processes_(static_cast<std::size_t>(processes)) {}
-
-  void add(std::size_t cells) {
-    if (!callback_) return;
-    const std::lock_guard lock(mutex_);
-    done_ += cells;
-    const Clock::time_point now = Clock::now();
-    if (now - last_ < std::chrono::milliseconds(100)) return;
-    last_ = now;
-    callback();
-  }
-  /// Reports at any time.
-  void report() {
-    if (!callback_) return;
-    const std::lock_guard lock(mutex_);
-    callback();
-  }
-
- private:
-  void callback() { callback_(done_, std::max(done_, total_ / processes_)); }
-
-  const std::function<void(std::size_t, std::size_t)>& callback_;
-  std::size_t total_, processes_;
-  std::mutex mutex_;
-  std::size_t done_ = 0;
-  Clock::time_point last_ = Clock::now();
-};
 
 template <class Values, class Less>
 bool is_ascending(const Values& values, const Less& less) {
@@ -377,8 +346,9 @@ MapRunResult Heatmap::run(TileStore& store, const MapRunOptions& options) const 
   result.units = unit_count();
   result.resumed = result.units - missing.units.size();
   if (options.begin_queue) options.begin_queue();
-  Progress progress(options.progress, missing.cells + missing.cells_stored, options.processes);
-  progress.add(missing.cells_stored / static_cast<std::size_t>(options.processes));
+  const auto processes = static_cast<std::size_t>(options.processes);
+  Progress progress(options.progress, (missing.cells + missing.cells_stored) / processes);  // of this process
+  progress.add(missing.cells_stored / processes);
   progress.report();
 
   WorkQueue queue(options.next);
