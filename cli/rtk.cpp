@@ -10,6 +10,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/outputs/encoding/rtklib_solutions.hpp"
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/receiver/rtcm/rtcm_file.hpp"
 #include "canyon/receiver/rtk/recorded_pair.hpp"
@@ -278,7 +279,7 @@ int run_rtk(const RtkArguments& arguments) {
                fixed->receiver_time - first, fixed->fix.used.size(), baseline.length_m());
   }
   if (out) {
-    out->write(rtk::rtklib_solutions(epochs, "canyon " CANYON_VERSION));
+    out->write(encoding::rtklib_solutions(epochs, "canyon " CANYON_VERSION));
     out->commit();
     fmt::print("{} written\n", arguments.out);
   }

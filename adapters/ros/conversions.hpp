@@ -11,6 +11,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/outputs/encoding/epoch_values.hpp"
+#include "canyon/outputs/encoding/observations/fix_codes.hpp"
 #include "canyon/receiver/positioning/least_squares.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/sky/gnss/satellite_id.hpp"
@@ -190,9 +191,7 @@ template <class NavSatFix>
     return message;
   }
   const positioning::Fix& fix = epoch->observed.fix;
-  message.status.status = corrected(fix.kind()) ? Status::STATUS_GBAS_FIX
-                          : fix.measured()      ? Status::STATUS_FIX
-                                                : Status::STATUS_NO_FIX;
+  message.status.status = encoding::codes_of(fix.kind()).navsat_status;
   int service = 0;
   for (const gnss::SatelliteId id : fix.used) {
     if (id.system == gnss::System::GPS) service |= Status::SERVICE_GPS;

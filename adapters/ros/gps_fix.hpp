@@ -15,25 +15,14 @@ namespace detail {
   return 2 * std::sqrt(variance);
 }
 
+/// Older messages have no codes for RTK.
 template <class Status>
-[[nodiscard]] int gps_status_code(positioning::FixKind kind) {
-  switch (kind) {
-    case positioning::FixKind::None:
-    case positioning::FixKind::DeadReckoning:
-      return Status::STATUS_NO_FIX;
-    case positioning::FixKind::Single:
-    case positioning::FixKind::Combined:
-      return Status::STATUS_FIX;
-    case positioning::FixKind::Differential:
-      return Status::STATUS_DGPS_FIX;
-    case positioning::FixKind::Float:
-      if constexpr (requires { Status::STATUS_RTK_FLOAT; }) return Status::STATUS_RTK_FLOAT;
-      return Status::STATUS_GBAS_FIX;
-    case positioning::FixKind::Fixed:
-      if constexpr (requires { Status::STATUS_RTK_FIX; }) return Status::STATUS_RTK_FIX;
-      return Status::STATUS_GBAS_FIX;
-  }
-  return Status::STATUS_NO_FIX;
+[[nodiscard]] std::int16_t gps_status_code(positioning::FixKind kind) {
+  const encoding::FixCodes& codes = encoding::codes_of(kind);
+  if constexpr (!requires { Status::STATUS_RTK_FIX; })
+    if (kind == positioning::FixKind::Float || kind == positioning::FixKind::Fixed)
+      return codes.navsat_status;
+  return codes.gps_status;
 }
 
 template <class Status>
@@ -54,7 +43,7 @@ void set_gps_status(Status& status, const simulation::Epoch& epoch) {
   status.satellites_used = static_cast<Number>(status.satellite_used_prn.size());
   status.satellites_visible = static_cast<Number>(status.satellite_visible_prn.size());
   const int sensors = fix.fused() ? Status::SOURCE_GYRO | Status::SOURCE_ACCEL : Status::SOURCE_NONE;
-  status.status = static_cast<std::int16_t>(gps_status_code<Status>(fix.kind()));
+  status.status = gps_status_code<Status>(fix.kind());
   status.position_source = static_cast<Number>((fix.measured() ? Status::SOURCE_GPS : 0) | sensors);
   status.motion_source = static_cast<Number>(
       (fix.solved() && fix.velocity_enu_mps && fix.measured() ? Status::SOURCE_DOPPLER : 0) | sensors);

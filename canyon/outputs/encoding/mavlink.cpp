@@ -12,8 +12,8 @@
 #include "canyon/base/mavlink/frames.hpp"
 #include "canyon/outputs/encoding/encoder.hpp"
 #include "canyon/outputs/encoding/epoch_values.hpp"
+#include "canyon/outputs/encoding/observations/fix_codes.hpp"
 #include "canyon/outputs/encoding/ubx/messages.hpp"
-#include "canyon/receiver/positioning/fix_codes.hpp"
 #include "canyon/simulation/inertial/imu_options.hpp"
 
 namespace canyon::encoding {

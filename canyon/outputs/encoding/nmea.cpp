@@ -13,7 +13,7 @@
 #include "canyon/outputs/encoding/encoder.hpp"
 #include "canyon/outputs/encoding/epoch_values.hpp"
 #include "canyon/outputs/encoding/number.hpp"
-#include "canyon/receiver/positioning/fix_codes.hpp"
+#include "canyon/outputs/encoding/observations/fix_codes.hpp"
 
 // NMEA 0183 v4.11. The standard is not free; sentences, talkers, system and signal identifiers are as in
 // u-blox F9 HPG 1.32 Interface Description (UBX-22008968), chapter 2, and gpsd's "NMEA Revealed".

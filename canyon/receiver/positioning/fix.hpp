@@ -62,7 +62,7 @@ enum class FixStatus : std::uint8_t {
 /// Text for users: "too few satellites".
 [[nodiscard]] std::string_view reason(FixStatus status);
 
-/// Method of a position. Output formats map it in canyon/receiver/positioning/fix_codes.hpp.
+/// Method of a position.
 enum class FixKind : std::uint8_t {
   None,           ///< no position
   Single,         ///< satellites of this epoch, without corrections

@@ -54,11 +54,6 @@ using RecordedEpochs = std::vector<std::shared_ptr<const Corrections>>;
     const std::map<gnss::System, gnss::Klobuchar>& klobuchar, const PairOptions& options,
     const std::function<void(std::size_t, std::size_t)>& progress = {});
 
-/// Writes RTKLIB's format of solutions (".pos", GPST, degrees, ellipsoidal heights), which rtkplot reads: a
-/// header with `program`, a line for each solved epoch, quality 1 fixed, 2 float, 4 differential, 5 single
-/// (RTKLIB 2.4.2 manual, appendix B.1).
-[[nodiscard]] std::string rtklib_solutions(const std::vector<PairEpoch>& epochs, const std::string& program);
-
 /// Converts epochs of an observation file into measurements of a rover or a base. Stores the start of each
 /// phase's continuity: a phase restarts after a gap, a change of code, or by its loss-of-lock indicator.
 class RecordedSignals {

@@ -9,7 +9,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/payload.hpp"
-#include "canyon/receiver/positioning/fix_codes.hpp"
+#include "canyon/outputs/encoding/observations/fix_codes.hpp"
 
 namespace canyon::encoding::sbf {
 namespace {

@@ -2,8 +2,8 @@
 #include <array>
 #include <cmath>
 
+#include "canyon/outputs/encoding/observations/fix_codes.hpp"
 #include "canyon/outputs/encoding/ubx/messages.hpp"
-#include "canyon/receiver/positioning/fix_codes.hpp"
 
 // u-blox defines a range but no unit for these fields; docs/outputs.md describes Canyon's values.
 

@@ -6,8 +6,8 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
+#include "canyon/outputs/encoding/observations/fix_codes.hpp"
 #include "canyon/outputs/encoding/ubx/messages.hpp"
-#include "canyon/receiver/positioning/fix_codes.hpp"
 
 namespace canyon::encoding::ubx {
 namespace {

@@ -7,7 +7,7 @@
 
 namespace canyon::encoding {
 
-/// Names of a kind of fix in the formats; docs/outputs.md has the same table.
+/// Codes of a kind of fix in the formats (docs/outputs.md, "Kinds of fix").
 struct FixCodes {
   // NMEA 0183 v4.11; position fix flags as in UBX-22008968, "Position fix flags in NMEA".
   int gga_quality;   ///< GGA, quality indicator
@@ -24,19 +24,22 @@ struct FixCodes {
   /// PVT mode of SBF (4.2.9). It has none for a prediction: a receiver without inertial sensors reports no
   /// position then.
   int sbf_mode;
+  std::int8_t navsat_status;  ///< status of ROS' sensor_msgs/NavSatStatus; a prediction is NO_FIX
+  std::int16_t gps_status;    ///< likewise of gps_msgs/GPSStatus, which has codes for RTK
+  int rtklib_quality;         ///< Q of RTKLIB's solutions
 };
 
 inline constexpr std::uint8_t kUbxFixOk = 1, kUbxDifferential = 2, kUbxFloat = 0x40, kUbxFixed = 0x80;
 
 [[nodiscard]] inline const FixCodes& codes_of(positioning::FixKind kind) {
   static constexpr std::array<FixCodes, 7> kCodes{{
-      {0, 'V', 'N', 1, 0, 0, 1, 0},                                         // None
-      {1, 'A', 'A', 3, 3, kUbxFixOk, 3, 1},                                 // Single
-      {2, 'A', 'D', 3, 3, kUbxFixOk | kUbxDifferential, 4, 2},              // Differential
-      {5, 'A', 'F', 3, 3, kUbxFixOk | kUbxDifferential | kUbxFloat, 5, 5},  // Float
-      {4, 'A', 'R', 3, 3, kUbxFixOk | kUbxDifferential | kUbxFixed, 6, 4},  // Fixed
-      {6, 'A', 'E', 2, 1, kUbxFixOk, 1, 0},                                 // DeadReckoning
-      {1, 'A', 'A', 3, 4, kUbxFixOk, 3, 1},                                 // Combined
+      {0, 'V', 'N', 1, 0, 0, 1, 0, -1, -1, 0},                                        // None
+      {1, 'A', 'A', 3, 3, kUbxFixOk, 3, 1, 0, 0, 5},                                  // Single
+      {2, 'A', 'D', 3, 3, kUbxFixOk | kUbxDifferential, 4, 2, 2, 18, 4},              // Differential
+      {5, 'A', 'F', 3, 3, kUbxFixOk | kUbxDifferential | kUbxFloat, 5, 5, 2, 20, 2},  // Float
+      {4, 'A', 'R', 3, 3, kUbxFixOk | kUbxDifferential | kUbxFixed, 6, 4, 2, 19, 1},  // Fixed
+      {6, 'A', 'E', 2, 1, kUbxFixOk, 1, 0, -1, -1, 5},                                // DeadReckoning
+      {1, 'A', 'A', 3, 4, kUbxFixOk, 3, 1, 0, 0, 5},                                  // Combined
   }};
   return kCodes.at(static_cast<std::size_t>(kind));
 }
