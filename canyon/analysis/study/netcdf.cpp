@@ -17,7 +17,6 @@ namespace {
 using heatmap::NetcdfFile;
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-constexpr int kDeflateLevel = 4;
 /// Runs of a chunk, also the number in memory at a time.
 constexpr std::size_t kBlock = 1024;
 constexpr std::size_t kEpochBlock = 4096;
@@ -59,9 +58,6 @@ class Writer {
     const int variable = define(name, NC_CHAR, {dim, characters(length)}, "", meaning);
     file_.put_text(variable, "_Encoding", "utf-8");
     return variable;
-  }
-  void store(int variable, const std::vector<std::size_t>& chunk, std::size_t bytes) {
-    file_.set_storage(variable, chunk, kDeflateLevel, bytes);
   }
   void write_text(int variable, std::size_t at, std::string text, std::size_t length) {
     text.resize(std::max<std::size_t>(1, length), '\0');
@@ -121,12 +117,12 @@ class Writer {
                                 encoding::cf_unit(metric->unit), metric->help));
       file_.put_number(metrics_.back(), "_FillValue", kMissing);
       file_.put_text(metrics_.back(), "coordinates", coordinates);
-      store(metrics_.back(), {block, receivers}, block * receivers * 8);
+      file_.set_storage(metrics_.back(), {block, receivers}, block * receivers * 8);
     }
     const auto counts = [&](const char* name, int dim, std::size_t size, const char* meaning) {
       const int variable = define(name, NC_INT64, {run_dim_, receiver_dim_, dim}, "1", meaning);
       file_.put_text(variable, "coordinates", coordinates);
-      store(variable, {block, receivers, size}, block * receivers * size * 8);
+      file_.set_storage(variable, {block, receivers, size}, block * receivers * size * 8);
       return variable;
     };
     errors_ = counts("error_count", bin_dim, kErrorBins, "epochs with a fix, by horizontal error");
@@ -144,7 +140,7 @@ class Writer {
         file_.put_number(variable, "_FillValue", kMissing);
         file_.put_text(variable, "coordinates", coordinates);
         const std::size_t chunk = std::min(kEpochBlock, epochs_);
-        store(variable, {1, receivers, chunk}, receivers * epochs_ * 8 + (1U << 16));
+        file_.set_storage(variable, {1, receivers, chunk}, receivers * epochs_ * 8 + (1U << 16));
         kept_.push_back(variable);
       };
       define_kept("time_of_epoch", "s", "since the run's first epoch");

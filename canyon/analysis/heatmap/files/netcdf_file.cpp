@@ -30,6 +30,7 @@ namespace canyon::heatmap {
 namespace {
 
 std::mutex library;
+constexpr int kDeflateLevel = 4;
 /// A prime, much larger than the number of cached chunks.
 constexpr std::size_t kCacheSlots = 521;
 /// Limits of a child process that reads.
@@ -239,10 +240,9 @@ int NetcdfFile::define_variable(const std::string& name, nc_type type, const std
   return id;
 }
 
-void NetcdfFile::set_storage(int variable, const std::vector<std::size_t>& chunk, int deflate_level,
-                             std::size_t cache_bytes) {
+void NetcdfFile::set_storage(int variable, const std::vector<std::size_t>& chunk, std::size_t cache_bytes) {
   check_written(call(nc_def_var_chunking, id_, variable, NC_CHUNKED, chunk.data()));
-  check_written(call(nc_def_var_deflate, id_, variable, 1, 1, deflate_level));
+  check_written(call(nc_def_var_deflate, id_, variable, 1, 1, kDeflateLevel));
   // HDF5 leaves incompressible chunks uncompressed, without zlib's checksum.
   check_written(call(nc_def_var_fletcher32, id_, variable, NC_FLETCHER32));
   check_written(call(nc_set_var_chunk_cache, id_, variable, cache_bytes, kCacheSlots, 1.0F));

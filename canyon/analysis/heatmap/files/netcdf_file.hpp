@@ -39,8 +39,7 @@ class NetcdfFile {
   int define_dimension(const std::string& name, std::size_t size);
   int define_variable(const std::string& name, nc_type type, const std::vector<int>& dimensions);
   /// Chunked, shuffled, deflated and with a checksum. @param cache_bytes of chunks in memory while writing
-  void set_storage(int variable, const std::vector<std::size_t>& chunk, int deflate_level,
-                   std::size_t cache_bytes);
+  void set_storage(int variable, const std::vector<std::size_t>& chunk, std::size_t cache_bytes);
   void put(int variable, const std::string& name, nc_type type, std::size_t count, const void* values);
   void put_text(int variable, const std::string& name, std::string_view text) {
     put(variable, name, NC_CHAR, text.size(), text.data());

@@ -24,7 +24,6 @@ namespace canyon::heatmap {
 namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-constexpr int kDeflateLevel = 4;
 /// In larger maps, latitude and longitude of every cell would be larger than the layers.
 constexpr std::size_t kMaxCellsWithLatitude = 4'000'000;
 
@@ -264,8 +263,7 @@ class NetcdfWriter {
         checksum_, "long_name",
         "CRC-32 of a tile's values, layer by layer, and cell states; tiles by rows from the south-west");
     const std::size_t times = request_.times.size(), altitudes = request_.altitudes_m.size();
-    file_.set_storage(checksum_, {1, times, altitudes}, kDeflateLevel,
-                      times * altitudes * sizeof(std::int64_t));
+    file_.set_storage(checksum_, {1, times, altitudes}, times * altitudes * sizeof(std::int64_t));
   }
 
   void write_tile(std::size_t i) {
@@ -312,7 +310,7 @@ class NetcdfWriter {
     chunk.push_back(std::min(grid_.tile_size, grid_.rows));
     chunk.push_back(std::min(grid_.tile_size, grid_.columns));
     // Chunks are written completely, one after the other.
-    file_.set_storage(variable, chunk, kDeflateLevel, chunk[outer] * chunk[outer + 1] * value_size);
+    file_.set_storage(variable, chunk, chunk[outer] * chunk[outer + 1] * value_size);
   }
 
   const MapSource& source_;
