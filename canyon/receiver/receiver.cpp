@@ -9,7 +9,6 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/paths/disturbance/shadowing.hpp"
 #include "canyon/receiver/channel_bank.hpp"
-#include "canyon/receiver/fix_history.hpp"
 #include "canyon/receiver/measurement_model.hpp"
 #include "canyon/receiver/position_solver.hpp"
 #include "canyon/receiver/random_streams.hpp"
@@ -197,11 +196,7 @@ struct Receiver::State {
     fuse(context, epoch);
     if (!positioning::is_sound(epoch.fix)) refuse(epoch.fix);
     if (epoch.fix.solved() && options.fix_noise.any()) add_noise(epoch.fix);
-    if (epoch.events.forced) force(*epoch.events.forced, context.antenna, epoch);
-    edit(epoch, epoch.fix, reported_fixes);
-    edit(epoch, epoch.single_epoch, single_epochs);
-    for (SatelliteObservation& satellite : epoch.satellites)
-      satellite.used = std::binary_search(epoch.fix.used.begin(), epoch.fix.used.end(), satellite.id);
+    epoch.update_used();
     return epoch;
   }
 
@@ -221,11 +216,6 @@ struct Receiver::State {
     fusion.reset();
   }
 
-  static void move(positioning::Fix& fix, const Eigen::Vector3d& enu_m) {
-    fix.position_ecef += geodesy::enu_from_ecef_rotation(fix.position).transpose() * enu_m;
-    fix.position = geodesy::geodetic_from_ecef(fix.position_ecef);
-  }
-
   /// Adds FixNoiseOptions' noise.
   void add_noise(positioning::Fix& fix) {
     const FixNoiseOptions& o = options.fix_noise;
@@ -235,94 +225,10 @@ struct Receiver::State {
     };
     Eigen::Vector3d moved = Eigen::Vector3d::Zero();
     add({o.horizontal_m, o.horizontal_m, o.vertical_m}, moved, fix.covariance_enu);
-    move(fix, moved);
+    positioning::add_offset(fix, moved);
     if (!fix.velocity_enu_mps || !fix.velocity_covariance_enu) return;
     add({o.horizontal_mps, o.horizontal_mps, o.vertical_mps}, *fix.velocity_enu_mps,
         *fix.velocity_covariance_enu);
-  }
-
-  /// Reports a forced fix. Satellites and clock stay those of the computed one; if it has none, all above the
-  /// mask count as used. A vector from a base stays if it has the forced quality.
-  static void force(const disturbance::ForcedFix& forced, const propagation::Antenna& antenna,
-                    ReceiverEpoch& epoch) {
-    positioning::Fix& fix = epoch.fix;
-    if (forced.kind == disturbance::ForcedFixKind::None) {
-      fix = without_fix(fix);
-      return;
-    }
-    if (!fix.measured()) {
-      std::vector<Eigen::Vector3d> directions;
-      for (const SatelliteObservation& satellite : epoch.satellites) {
-        if (!satellite.above_mask) continue;
-        fix.used.push_back(satellite.id);
-        fix.clock_bias_s[satellite.id.system] = epoch.clock_bias_s;
-        directions.push_back(
-            geodesy::enu_from_azimuth_elevation(satellite.azimuth_rad, satellite.elevation_rad));
-      }
-      fix.dop = positioning::dop_of_directions(directions);
-      fix.clock_drift = epoch.clock_drift;
-      fix.available = static_cast<int>(fix.used.size());
-    }
-    const geodesy::Geodetic truth = geodesy::geodetic_from_ecef(antenna.position_ecef);
-    const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(truth);
-    static_assert(static_cast<int>(disturbance::ForcedFixKind::Fixed) ==
-                  static_cast<int>(positioning::FixKind::Fixed));
-    fix.status = positioning::FixStatus::Fix;
-    fix.solution = static_cast<positioning::FixKind>(forced.kind);
-    fix.position_ecef = antenna.position_ecef + enu_from_ecef.transpose() * forced.error_m;
-    fix.position = geodesy::geodetic_from_ecef(fix.position_ecef);
-    fix.covariance_enu = forced.sigma_m.cwiseAbs2().asDiagonal();
-    fix.velocity_enu_mps = enu_from_ecef * antenna.velocity_ecef + forced.velocity_error_mps;
-    fix.velocity_covariance_enu = forced.velocity_sigma_mps.cwiseAbs2().asDiagonal();
-    if (!fix.baseline) return;
-    const bool good = fix.baseline->kind >= fix.solution && fix.solution >= positioning::FixKind::Float;
-    fix.baseline->kind = fix.solution;
-    if (!good) fix.baseline.reset();
-  }
-
-  struct FixFaultState {
-    FixHistory fixes;
-    std::optional<geodesy::GpsTime> last, back;  ///< the last one; the first one after an outage
-  };
-
-  /// Reports other fixes than the computed ones, by FixEdit.
-  static void edit(const ReceiverEpoch& epoch, positioning::Fix& fix, FixFaultState& own) {
-    constexpr double kOutage_s = 2;
-    if (fix.solved()) {
-      if (own.last && epoch.time - *own.last > kOutage_s) own.back = epoch.time;
-      own.last = epoch.time;
-    }
-    const std::vector<disturbance::FixEdit>& edits = epoch.events.fix_edits;
-    own.fixes.add(epoch.time, fix, epoch.events);
-    for (const disturbance::FixEdit& each : edits) {
-      if (each.after_outage_s && !(own.back && epoch.time - *own.back < *each.after_outage_s)) continue;
-      if (each.of) {
-        const positioning::Fix* then = own.fixes.find(each);
-        fix = then != nullptr ? *then : without_fix(fix);
-      }
-      if (each.dropped) {
-        fix = without_fix(fix);
-      } else if (fix.solved()) {
-        move(fix, each.offset_m);
-        if (each.kind) fix.solution = static_cast<positioning::FixKind>(*each.kind);
-        const double factor = each.sigma_factor * each.sigma_factor;
-        fix.covariance_enu *= factor;
-        if (fix.velocity_covariance_enu) *fix.velocity_covariance_enu *= factor;
-        if (each.sigma_m)
-          fix.covariance_enu = Eigen::Vector3d::Constant(*each.sigma_m * *each.sigma_m).asDiagonal();
-        if (each.without_satellites) {
-          fix.used.clear();
-          fix.claimed = true;
-        }
-      }
-    }
-  }
-
-  [[nodiscard]] static positioning::Fix without_fix(const positioning::Fix& fix) {
-    positioning::Fix none;
-    none.available = fix.available;
-    none.fusion = fix.fusion;
-    return none;
   }
 
   const ReceiverOptions options;
@@ -342,7 +248,6 @@ struct Receiver::State {
   std::optional<geodesy::GpsTime> last;
   Eigen::Vector3d last_antenna;
   std::optional<disturbance::Restart> restarted;
-  FixFaultState reported_fixes, single_epochs;
 };
 
 Receiver::Receiver(ReceiverOptions options, std::uint64_t seed,
@@ -358,6 +263,11 @@ const ReceiverOptions& Receiver::options() const {
 
 ReceiverEpoch Receiver::observe(const EpochContext& context) {
   return state_->observe(context);
+}
+
+void ReceiverEpoch::update_used() {
+  for (SatelliteObservation& satellite : satellites)
+    satellite.used = std::binary_search(fix.used.begin(), fix.used.end(), satellite.id);
 }
 
 geodesy::GpsTime ReceiverEpoch::reported(geodesy::GpsTime instant) const {

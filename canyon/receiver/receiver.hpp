@@ -129,6 +129,8 @@ struct ReceiverEpoch {
   int visible = 0;  ///< tracked, above the mask (at the true position)
   int blocked = 0;  ///< above the mask, not tracked
 
+  /// Sets SatelliteObservation::used by Fix::used of `fix`.
+  void update_used();
   /// The GPS time that the receiver reports for an instant.
   [[nodiscard]] geodesy::GpsTime reported(geodesy::GpsTime instant) const;
   /// The reported GPS time of the epoch.
@@ -179,7 +181,8 @@ class Receiver {
 
   [[nodiscard]] const ReceiverOptions& options() const;
 
-  /// Disturbs the arrival, then measures it. Times must not run backwards; a containment other than Free
+  /// Disturbs the arrival, then measures it. The fixes are the computed ones: FixFaults applies the events
+  /// of reported fixes. Times must not run backwards; a containment other than Free
   /// gives status NoSignal. Throws InputError, naming the receiver, for a pose that is not finite, time
   /// running backwards, missing Klobuchar coefficients, corrections that are not numbers, and, with strength,
   /// code correlators too far apart for a satellite's signal. With strength, paths need the inputs of their

@@ -10,6 +10,7 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/paths/disturbance/disturbance.hpp"
+#include "canyon/receiver/fix_faults.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/motion/antenna_pose.hpp"
 #include "canyon/simulation/receiver_surroundings.hpp"
@@ -154,13 +155,11 @@ struct ReceiverRunner::Impl {
     epoch.sensors = samples;
     epoch.geoid_undulation_m =
         config.city.sea_level.geoid_undulation_m.value_or(environment.city().geoid_undulation_m);
-    epoch.observed =
-        receiver.observe({{truth.time, epoch.truth_ecef, enu_from_ecef.transpose() * truth.velocity_enu_mps},
-                          arrival,
-                          environment.sky(),
-                          environment.klobuchar(),
-                          given.get(),
-                          sensors ? &*sensors : nullptr});
+    const propagation::Antenna antenna{truth.time, epoch.truth_ecef,
+                                       enu_from_ecef.transpose() * truth.velocity_enu_mps};
+    epoch.observed = receiver.observe({antenna, arrival, environment.sky(), environment.klobuchar(),
+                                       given.get(), sensors ? &*sensors : nullptr});
+    fix_faults.apply(antenna, epoch.observed);
     epoch.navigation = arrival.messages.get();  // disturbances may have replaced them
     epoch.faults = epoch.observed.events.faults;
     if (epoch.observed.fix.solved())
@@ -216,6 +215,7 @@ struct ReceiverRunner::Impl {
     teleported->reset();
     last_step.reset();
     receiver = make_receiver();
+    fix_faults = {};
     last_s = -std::numeric_limits<double>::infinity();
     warned_empty = false;
   }
@@ -244,6 +244,7 @@ struct ReceiverRunner::Impl {
   std::shared_ptr<disturbance::FaultTimeline> faults;
   std::shared_ptr<std::optional<GpsTime>> teleported = std::make_shared<std::optional<GpsTime>>();  // last
   receiver::Receiver receiver;
+  receiver::FixFaults fix_faults;
   Tracer tracer;
   std::optional<RetracedAntenna> arrivals;  // created if no tracer replaces it
   std::optional<Pose> last_truth;

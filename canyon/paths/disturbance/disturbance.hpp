@@ -54,6 +54,7 @@ struct ReceiverEvents {
   /// Errors of the date that the firmware reports: GPS weeks, and seconds of UTC.
   int weeks_off = 0, utc_off_s = 0;
   std::optional<Restart> restart{};
+  /// The stage after the receiver uses these (receiver::FixFaults); a Receiver alone and heat maps do not.
   std::optional<ForcedFix> forced{};
   std::vector<FixEdit> fix_edits{};
   /// Active or future faults may use the fixes from this time on (FixEdit::of); empty: no fault does.

@@ -486,6 +486,11 @@ double Baseline::heading_sigma_rad() const {
   return length_m > 0 ? std::sqrt(variance) / length_m : std::numeric_limits<double>::infinity();
 }
 
+void add_offset(Fix& fix, const Eigen::Vector3d& enu_m) {
+  fix.position_ecef += geodesy::enu_from_ecef_rotation(fix.position).transpose() * enu_m;
+  fix.position = geodesy::geodetic_from_ecef(fix.position_ecef);
+}
+
 std::optional<double> residual_m(const Fix& fix, gnss::SatelliteId id) {
   const auto at = std::lower_bound(fix.used.begin(), fix.used.end(), id);
   const auto index = static_cast<std::size_t>(at - fix.used.begin());

@@ -177,6 +177,9 @@ struct [[nodiscard]] Fix {
   }
 };
 
+/// Moves the position of a solved fix. @param enu_m east, north, up
+void add_offset(Fix& fix, const Eigen::Vector3d& enu_m);
+
 /// The residual of a satellite in a fix, measured minus computed [m]; empty if the satellite is not used.
 [[nodiscard]] std::optional<double> residual_m(const Fix& fix, gnss::SatelliteId id);
 
