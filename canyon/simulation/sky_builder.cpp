@@ -59,7 +59,7 @@ void check_coverage(const orbit::Sky& sky, GpsTime begin, GpsTime end, std::stri
   const std::vector<gnss::SatelliteId> ids = sky.satellites();
   if (count_states(sky, ids, begin) == 0) {
     const auto unhealthy = [&](gnss::SatelliteId id) {
-      return sky.source(id, begin).find("unhealthy (") != std::string::npos;
+      return sky.health(id, begin) == orbit::SatelliteHealth::Unhealthy;
     };
     if (std::any_of(ids.begin(), ids.end(), unhealthy)) {
       throw InputError(fmt::format("no satellite can be used at {}: those with an ephemeris are unhealthy",
@@ -128,11 +128,7 @@ void report_unusable(const orbit::BroadcastSky& sky, const SkyConfig& config, Gp
   if (silent.empty()) return;
   // By the reason: "unhealthy (health 63)" of each, else an example.
   std::map<std::string, std::vector<gnss::SatelliteId>> by_reason;
-  for (const gnss::SatelliteId id : silent) {
-    const std::string source = sky.source(id, begin);
-    const std::size_t at = source.rfind("unhealthy (");
-    by_reason[at == std::string::npos ? std::string() : source.substr(at)].push_back(id);
-  }
+  for (const gnss::SatelliteId id : silent) by_reason[sky.health_text(id, begin)].push_back(id);
   std::vector<std::string> groups;
   groups.reserve(by_reason.size());
   for (const auto& [reason, ids] : by_reason) {

@@ -203,6 +203,12 @@ struct BroadcastSky::Index {
     return std::abs(t - b->toe) < std::abs(t - a->toe) ? b : a;
   }
 
+  // The record in use, healthy or not; null: none.
+  [[nodiscard]] const Entry* find(gnss::SatelliteId id, GpsTime t, bool allow_stale) const {
+    const Satellite* satellite = find(id);
+    return satellite != nullptr ? choose(*satellite, t, allow_stale).entry : nullptr;
+  }
+
   [[nodiscard]] Satellite& at(gnss::SatelliteId id) {
     std::int16_t& s = slot[static_cast<std::size_t>(id.system)][id.number];
     if (s < 0) {
@@ -308,12 +314,23 @@ std::string BroadcastSky::source(gnss::SatelliteId id, GpsTime t) const {
     return fmt::format("none: the closest ephemeris is {}; allow_stale: true uses it ({})", limit, text);
   if (choice.stale) text += ", stale: " + limit;
   if (!entry.healthy) {
-    const int health = record_value(data_, id, entry, [](const auto& e) { return e.health; });
-    text +=
-        health == 0 ? ", unhealthy (no accuracy prediction)" : fmt::format(", unhealthy (health {})", health);
+    text += ", " + health_text(id, t);
     if (!options_.allow_unhealthy) text = "none: " + text;
   }
   return text;
+}
+
+SatelliteHealth BroadcastSky::health(gnss::SatelliteId id, GpsTime t) const {
+  const Entry* entry = index_->find(id, t, options_.allow_stale);
+  if (entry == nullptr) return SatelliteHealth::Unknown;
+  return entry->healthy ? SatelliteHealth::Healthy : SatelliteHealth::Unhealthy;
+}
+
+std::string BroadcastSky::health_text(gnss::SatelliteId id, GpsTime t) const {
+  const Entry* entry = index_->find(id, t, options_.allow_stale);
+  if (entry == nullptr || entry->healthy) return {};
+  const int health = record_value(data_, id, *entry, [](const auto& e) { return e.health; });
+  return health == 0 ? "unhealthy (no accuracy prediction)" : fmt::format("unhealthy (health {})", health);
 }
 
 bool BroadcastSky::covers(GpsTime t) const {

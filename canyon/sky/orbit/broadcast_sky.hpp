@@ -3,6 +3,7 @@
 #include <memory>
 #include <mutex>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "canyon/sky/gnss/navigation_data.hpp"
@@ -53,6 +54,11 @@ class BroadcastSky final : public Sky {
   [[nodiscard]] std::vector<gnss::SatelliteId> satellites() const override;
   [[nodiscard]] std::optional<SatelliteState> state(gnss::SatelliteId id, geodesy::GpsTime t) const override;
   [[nodiscard]] std::string source(gnss::SatelliteId id, geodesy::GpsTime t) const override;
+
+  /// That of the record in use.
+  [[nodiscard]] SatelliteHealth health(gnss::SatelliteId id, geodesy::GpsTime t) const override;
+  /// "unhealthy (health 63)"; empty if health() is not Unhealthy.
+  [[nodiscard]] std::string health_text(gnss::SatelliteId id, geodesy::GpsTime t) const;
 
   [[nodiscard]] const gnss::NavigationData& data() const { return data_; }
   /// True if a record is valid at `t` (used for "the trajectory is outside the ephemerides").

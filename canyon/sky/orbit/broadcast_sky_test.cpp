@@ -365,6 +365,9 @@ TEST(BroadcastSky, UnhealthyIsOut) {
   EXPECT_FALSE(sky.state(kG05, toe + 3700.0));
   EXPECT_FALSE(sky.covers(toe + 3700.0));
   EXPECT_THAT(sky.source(kG05, toe + 3700.0), AllOf(HasSubstr("none: "), HasSubstr("unhealthy (health 63)")));
+  EXPECT_EQ(sky.health(kG05, toe + 3700.0), SatelliteHealth::Unhealthy);
+  EXPECT_EQ(sky.health(kG05, toe + 3500.0), SatelliteHealth::Healthy);
+  EXPECT_EQ(sky.health(kG05, toe + 86400.0), SatelliteHealth::Unknown);
   EXPECT_TRUE(all.state(kG05, toe + 3700.0));
   EXPECT_THAT(all.source(kG05, toe + 3700.0), AllOf(HasSubstr("unhealthy"), Not(HasSubstr("none"))));
 }

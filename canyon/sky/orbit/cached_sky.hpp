@@ -22,6 +22,9 @@ class CachedSky final : public Sky {
   [[nodiscard]] std::string source(gnss::SatelliteId id, geodesy::GpsTime t) const override {
     return sky_->source(id, t);
   }
+  [[nodiscard]] SatelliteHealth health(gnss::SatelliteId id, geodesy::GpsTime t) const override {
+    return sky_->health(id, t);
+  }
 
  private:
   std::shared_ptr<const Sky> sky_;

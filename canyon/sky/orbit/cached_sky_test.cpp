@@ -96,6 +96,7 @@ TEST(CachedSky, AValidityThatBeginsWithinAStepIsKept) {
   EXPECT_TRUE(sky.state(id, kTime + 0.06));
   EXPECT_FALSE(sky.state({gnss::System::GPS, 63}, kTime + 1));
   EXPECT_EQ(sky.source(id, kTime), "late");
+  EXPECT_EQ(sky.health(id, kTime), SatelliteHealth::Unknown);
   EXPECT_THROW(CachedSky(nullptr), InputError);
 }
 

@@ -116,6 +116,10 @@ std::string FaultySky::source(gnss::SatelliteId id, geodesy::GpsTime t) const {
   return concerned_(id) ? source + (error_.unhealthy ? ", flagged as unhealthy" : ", with an error") : source;
 }
 
+SatelliteHealth FaultySky::health(gnss::SatelliteId id, geodesy::GpsTime t) const {
+  return error_.unhealthy && concerned_(id) ? SatelliteHealth::Unhealthy : truth_->health(id, t);
+}
+
 gnss::NavigationData wrong_messages(gnss::NavigationData messages, const SatelliteFilter& concerned,
                                     const MessageError& error) {
   const auto each = [&](auto& ephemerides, const auto& spoil_one) {

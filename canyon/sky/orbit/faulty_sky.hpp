@@ -30,6 +30,7 @@ class FaultySky final : public Sky {
   [[nodiscard]] std::vector<gnss::SatelliteId> satellites() const override;
   [[nodiscard]] std::optional<SatelliteState> state(gnss::SatelliteId id, geodesy::GpsTime t) const override;
   [[nodiscard]] std::string source(gnss::SatelliteId id, geodesy::GpsTime t) const override;
+  [[nodiscard]] SatelliteHealth health(gnss::SatelliteId id, geodesy::GpsTime t) const override;
 
  private:
   std::shared_ptr<const Sky> truth_;

@@ -69,7 +69,9 @@ TEST(FaultySky, SaysAWrongClockAndWhoIsUnhealthy) {
               1e-18);
   EXPECT_NEAR(sky.state(kOne, kTime)->clock_drift - truth()->state(kOne, kTime)->clock_drift, 1e-11, 1e-20);
   error.unhealthy = true;
+  EXPECT_EQ(sky.health(kOne, kTime), SatelliteHealth::Healthy);
   EXPECT_FALSE(FaultySky(truth(), is_one, error).state(kOne, kTime));
+  EXPECT_EQ(FaultySky(truth(), is_one, error).health(kOne, kTime), SatelliteHealth::Unhealthy);
 }
 
 // Messages agree with the sky: clocks and health exactly; orbits to first order in the eccentricity, 0.02 of

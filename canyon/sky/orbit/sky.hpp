@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,6 +30,13 @@ struct SatelliteState {
   }
 };
 
+/// Health of a satellite by its own messages.
+enum class SatelliteHealth : std::uint8_t {
+  Unknown,  ///< no messages, or none valid
+  Healthy,
+  Unhealthy,  ///< receivers do not use it
+};
+
 /// Positions of satellites: the interface to orbits for all later modules. Implementations are immutable
 /// after construction and thread-safe.
 class Sky {
@@ -49,6 +57,11 @@ class Sky {
   /// Source of the state of `id` at `t`, as text: "hksc1180.19n, toe 2019-04-28T14:00:00 GPST"; or the reason
   /// why there is none.
   [[nodiscard]] virtual std::string source(gnss::SatelliteId id, geodesy::GpsTime t) const = 0;
+
+  /// Health of `id` at `t`; Unknown in skies without messages.
+  [[nodiscard]] virtual SatelliteHealth health(gnss::SatelliteId /*id*/, geodesy::GpsTime /*t*/) const {
+    return SatelliteHealth::Unknown;
+  }
 };
 
 /// A satellite as received by an antenna, at rest or moving, at one instant.
