@@ -192,7 +192,7 @@ void print_kinds(const std::vector<rtk::PairEpoch>& epochs,
       const std::optional<double> at = quantile(values, p);
       return at ? fmt::format("{:.4f}", *at) : std::string("-");
     };
-    rows.push_back({std::string(positioning::name(kind)), std::to_string(errors.count),
+    rows.push_back({std::string(gnss::name(kind)), std::to_string(errors.count),
                     fmt::format("{:.1f}", 100.0 * static_cast<double>(errors.count) /
                                               static_cast<double>(epochs.size())),
                     metric(errors.horizontal, 0.5), metric(errors.horizontal, 0.95),

@@ -125,7 +125,7 @@ template <class DiagnosticArray>
       log(Status::WARN, "prediction: no satellite is used");
     else
       log(Status::WARN, "no fix: " + std::string(encoding::no_fix_reason(fix, epoch->containment)));
-    add("kind of fix", std::string(positioning::name(fix.kind())));
+    add("kind of fix", std::string(gnss::name(fix.kind())));
     if (fix.correction_age_s) add("age of corrections [s]", number(*fix.correction_age_s));
     add("satellites used", std::to_string(encoding::used_count(fix)));
     add("satellites tracked", std::to_string(epoch->observed.visible));

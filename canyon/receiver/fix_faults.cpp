@@ -18,7 +18,7 @@ positioning::Fix without_fix(const positioning::Fix& fix) {
 /// mask count as used. A vector from a base stays if it has the forced quality.
 void force(const disturbance::ForcedFix& forced, const propagation::Antenna& antenna, ReceiverEpoch& epoch) {
   positioning::Fix& fix = epoch.fix;
-  if (forced.kind == disturbance::ForcedFixKind::None) {
+  if (forced.kind == positioning::FixKind::None) {
     fix = without_fix(fix);
     return;
   }
@@ -37,10 +37,8 @@ void force(const disturbance::ForcedFix& forced, const propagation::Antenna& ant
   }
   const geodesy::Geodetic truth = geodesy::geodetic_from_ecef(antenna.position_ecef);
   const Eigen::Matrix3d enu_from_ecef = geodesy::enu_from_ecef_rotation(truth);
-  static_assert(static_cast<int>(disturbance::ForcedFixKind::Fixed) ==
-                static_cast<int>(positioning::FixKind::Fixed));
   fix.status = positioning::FixStatus::Fix;
-  fix.solution = static_cast<positioning::FixKind>(forced.kind);
+  fix.solution = forced.kind;
   fix.position_ecef = antenna.position_ecef + enu_from_ecef.transpose() * forced.error_m;
   fix.position = geodesy::geodetic_from_ecef(fix.position_ecef);
   fix.covariance_enu = forced.sigma_m.cwiseAbs2().asDiagonal();
@@ -78,7 +76,7 @@ void FixFaults::Edits::apply(const ReceiverEpoch& epoch, positioning::Fix& fix) 
       fix = without_fix(fix);
     } else if (fix.solved()) {
       positioning::add_offset(fix, each.offset_m);
-      if (each.kind) fix.solution = static_cast<positioning::FixKind>(*each.kind);
+      if (each.kind) fix.solution = *each.kind;
       const double factor = each.sigma_factor * each.sigma_factor;
       fix.covariance_enu *= factor;
       if (fix.velocity_covariance_enu) *fix.velocity_covariance_enu *= factor;

@@ -281,7 +281,7 @@ TEST(SoundEpochs, UnderFaultsAtRandom) {
   using positioning::FixKind;
   for (const FixKind kind : {FixKind::None, FixKind::Single, FixKind::Differential, FixKind::Float,
                              FixKind::Fixed, FixKind::DeadReckoning, FixKind::Combined}) {
-    EXPECT_GT(kinds[kind], 20) << positioning::name(kind);
+    EXPECT_GT(kinds[kind], 20) << gnss::name(kind);
   }
 }
 

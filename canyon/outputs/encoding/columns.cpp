@@ -345,7 +345,7 @@ constexpr std::array kEpochColumns{
     number("correction_age_s", "s", 2, "age of the corrections in the fix", "no corrections in the fix",
            [](const Row& r) {
              const auto& fix = fix_of(r);
-             return positioning::corrected(fix.kind()) ? fix.correction_age_s.value_or(kNone) : kNone;
+             return gnss::corrected(fix.kind()) ? fix.correction_age_s.value_or(kNone) : kNone;
            })
         .in_view(F64),
     word("baseline_kind", "kind of the vector from the base: `float` or `fixed`",

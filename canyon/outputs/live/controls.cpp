@@ -418,7 +418,7 @@ class SessionCommands final : public Commands {
         const Latest& now = *latest[r];
         each["gpst"] = geodesy::format_gpst(now.time, 3);
         each["fix"] = now.fix.solved();
-        each["kind"] = positioning::name(now.fix.kind());
+        each["kind"] = gnss::name(now.fix.kind());
         each["tracked"] = now.visible;
         if (!now.fix.solved()) each["reason"] = now.no_fix;
         if (now.fix.solved()) {

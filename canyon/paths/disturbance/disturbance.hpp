@@ -10,6 +10,7 @@
 
 #include "canyon/base/geodesy/gps_time.hpp"
 #include "canyon/paths/propagation/paths.hpp"
+#include "canyon/sky/gnss/fix_kind.hpp"
 
 namespace canyon::disturbance {
 
@@ -24,12 +25,9 @@ struct Restart {
   std::optional<double> ephemeris_s{};  ///< tracking time before the fix uses a satellite; empty: default
 };
 
-/// Kinds of fix that a fault can force: the first of positioning::FixKind.
-enum class ForcedFixKind : std::uint8_t { None, Single, Differential, Float, Fixed };
-
 /// A fix that the receiver reports in place of its computed one. Vectors are east, north, up.
 struct ForcedFix {
-  ForcedFixKind kind = ForcedFixKind::None;
+  gnss::FixKind kind = gnss::FixKind::None;  ///< None to Fixed
   Eigen::Vector3d error_m = Eigen::Vector3d::Zero(), sigma_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_error_mps = Eigen::Vector3d::Zero(), velocity_sigma_mps = Eigen::Vector3d::Zero();
 };
@@ -40,9 +38,9 @@ struct FixEdit {
   std::optional<geodesy::GpsTime> of;
   bool first = false;                                  ///< report the first fix after that time instead
   Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  ///< east, north, up, added
-  std::optional<ForcedFixKind> kind;
-  std::optional<double> sigma_m;  ///< of each axis; 0: reports none
-  double sigma_factor = 1;        ///< of all reported standard deviations
+  std::optional<gnss::FixKind> kind;                   ///< Single to Fixed
+  std::optional<double> sigma_m;                       ///< of each axis; 0: reports none
+  double sigma_factor = 1;                             ///< of all reported standard deviations
   bool without_satellites = false, dropped = false;
   std::optional<double> after_outage_s;  ///< active only for this time after 2 s or more without a fix
 };

@@ -459,12 +459,6 @@ std::string_view reason(FixStatus status) {
   return kReasons[static_cast<std::size_t>(status)];
 }
 
-std::string_view name(FixKind kind) {
-  constexpr std::array<std::string_view, 7> kNames{"none",  "single",         "differential", "float",
-                                                   "fixed", "dead reckoning", "combined"};
-  return kNames.at(static_cast<std::size_t>(kind));
-}
-
 std::string_view name(FusionPhase phase) {
   constexpr std::array<std::string_view, 3> kNames{"initialising", "calibrating", "navigating"};
   return kNames.at(static_cast<std::size_t>(phase));

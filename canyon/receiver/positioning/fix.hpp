@@ -12,6 +12,7 @@
 #include "canyon/base/geodesy/gps_time.hpp"
 #include "canyon/receiver/positioning/least_squares.hpp"
 #include "canyon/receiver/positioning/positioning_options.hpp"
+#include "canyon/sky/gnss/fix_kind.hpp"
 #include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/orbit/sky.hpp"
 #include "canyon/sky/range_errors.hpp"
@@ -62,22 +63,7 @@ enum class FixStatus : std::uint8_t {
 /// Text for users: "too few satellites".
 [[nodiscard]] std::string_view reason(FixStatus status);
 
-/// Method of a position.
-enum class FixKind : std::uint8_t {
-  None,           ///< no position
-  Single,         ///< satellites of this epoch, without corrections
-  Differential,   ///< code measurements, corrected by those of a base
-  Float,          ///< carrier phases relative to a base, real-valued ambiguities
-  Fixed,          ///< likewise, integer ambiguities
-  DeadReckoning,  ///< prediction without satellites of this epoch
-  Combined,       ///< Single, together with the vehicle's sensors
-};
-/// "none", "single", "differential", "float", "fixed", "dead reckoning", "combined".
-[[nodiscard]] std::string_view name(FixKind kind);
-/// Whether it uses a base's corrections: Differential, Float, Fixed.
-[[nodiscard]] constexpr bool corrected(FixKind kind) {
-  return kind == FixKind::Differential || kind == FixKind::Float || kind == FixKind::Fixed;
-}
+using gnss::FixKind;
 
 /// Position of a receiver's antenna relative to a base's, by their carrier phases.
 struct Baseline {

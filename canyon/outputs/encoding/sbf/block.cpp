@@ -60,7 +60,7 @@ std::uint32_t signals_used(const receiver::ReceiverEpoch& seen) {
 
 /// Age and station of corrections, in hundredths of a second; each 65535 if unknown.
 Payload corrections_of(const Fix& fix) {
-  const bool corrected = positioning::corrected(fix.kind());
+  const bool corrected = gnss::corrected(fix.kind());
   Payload p;
   p.u2(corrected && fix.correction_station ? *fix.correction_station : 0xFFFF);
   if (corrected && fix.correction_age_s) return p.unsigned_field(*fix.correction_age_s, 0.01, 2);
@@ -112,7 +112,7 @@ std::string pvt_geodetic(const DeviceEpoch& epoch) {
   p.u1(known ? std::min<std::size_t>(fix.used.size(), 254) : 255).u1(0);
   p.raw(corrections_of(fix).bytes()).u4(known ? signals_used(epoch.seen) : 0);
   p.u1(!known || !fix.consistent ? 0 : *fix.consistent ? 1 : 2);  // RAIM: off, passed, failed
-  p.u1(positioning::corrected(fix.kind()) ? 1 : 0).u2(0).u2(0);
+  p.u1(gnss::corrected(fix.kind()) ? 1 : 0).u2(0).u2(0);
   accuracy(p, known, fix.covariance_enu(0, 0) + fix.covariance_enu(1, 1));
   accuracy(p, known, fix.covariance_enu(2, 2));
   return p.u1(0).bytes();

@@ -208,7 +208,7 @@ TEST(Scintillation, SatellitesAndSeedsDifferAndRepeat) {
 // A Gauss-Markov process has the reported deviation at any time, and a correlation of 1/e after 60 s.
 TEST(ForceFault, IsAsFarOffAsItStates) {
   ForceOptions options;
-  options.fix = ForcedFixKind::Float;
+  options.fix = gnss::FixKind::Float;
   options.vertical_m = 2;
   constexpr int kCount = 4000;
   Eigen::Vector3d squares = Eigen::Vector3d::Zero(), products = Eigen::Vector3d::Zero();
@@ -217,7 +217,7 @@ TEST(ForceFault, IsAsFarOffAsItStates) {
     ReceiverEvents events, later;
     fault.happen(antenna(2000.0 * i), events);
     fault.happen(antenna(2000.0 * i + 60), later);
-    EXPECT_EQ(events.forced->kind, ForcedFixKind::Float);
+    EXPECT_EQ(events.forced->kind, gnss::FixKind::Float);
     squares += events.forced->error_m.cwiseAbs2();
     products += events.forced->error_m.cwiseProduct(later.forced->error_m);
     EXPECT_EQ(events.forced->sigma_m, later.forced->sigma_m);

@@ -248,7 +248,7 @@ void FixFault::happen(const propagation::Antenna& antenna, ReceiverEvents& event
   if (along.head<2>().norm() > 0.1) forward_ = along.head<2>().normalized();
   edit.offset_m = grown * Eigen::Vector3d(options_.east_m, options_.north_m, options_.up_m);
   edit.offset_m.head<2>() += grown * options_.forward_m * forward_;
-  if (options_.state != ForcedFixKind::None) edit.kind = options_.state;
+  if (options_.state != gnss::FixKind::None) edit.kind = options_.state;
   edit.sigma_m = options_.accuracy_m;
   edit.sigma_factor = options_.accuracy_factor;
   edit.after_outage_s = options_.after_outage_s;

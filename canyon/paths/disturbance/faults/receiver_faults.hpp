@@ -8,6 +8,7 @@
 #include "canyon/base/random.hpp"
 #include "canyon/paths/disturbance/disturbance.hpp"
 #include "canyon/paths/disturbance/faults/fault.hpp"
+#include "canyon/sky/gnss/fix_kind.hpp"
 
 // Faults of one receiver: oscillator, date, antenna, restart, forced fix.
 
@@ -63,7 +64,7 @@ void visit(options::Visitor& v, RestartOptions& o);
 /// A receiver that reports a forced fix, for tests of the software that uses the fix. Its position is the
 /// true one with an error of the reported size: Gaussian, of a correlation time of 60 s.
 struct ForceOptions {
-  ForcedFixKind fix = ForcedFixKind::None;
+  gnss::FixKind fix = gnss::FixKind::None;  ///< None to Fixed
   /// Standard deviations of east and north each, and of the height [m], (0, 1000]; empty: by kind.
   std::optional<double> horizontal_m, vertical_m;
 };
@@ -78,7 +79,7 @@ struct FixFaultOptions {
   double east_m = 0, north_m = 0, up_m = 0;   ///< added, +-1e6
   double forward_m = 0;                       ///< added along the direction of travel, +-1e6
   double growth_s = 0;                        ///< the offset grows to its full value over this time, [0, 1e6]
-  ForcedFixKind state = ForcedFixKind::None;  ///< the reported kind of fix; None: the computed one
+  gnss::FixKind state = gnss::FixKind::None;  ///< the reported kind of fix, to Fixed; None: the computed one
   std::optional<double> accuracy_m;           ///< reported standard deviation of each axis; 0: none
   double accuracy_factor = 1;                 ///< of the reported standard deviations, (0, 1000]
   bool without_satellites = false;            ///< reports 0 satellites
