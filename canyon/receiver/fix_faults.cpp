@@ -1,7 +1,5 @@
 #include "canyon/receiver/fix_faults.hpp"
 
-#include <vector>
-
 #include "canyon/base/geodesy/frames.hpp"
 
 namespace canyon::receiver {

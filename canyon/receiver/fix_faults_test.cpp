@@ -1,4 +1,4 @@
-#include "canyon/receiver/fix_history.hpp"
+#include "canyon/receiver/fix_faults.hpp"
 
 #include <gtest/gtest.h>
 
