@@ -30,12 +30,8 @@ struct SatelliteState {
   }
 };
 
-/// Health of a satellite by its own messages.
-enum class SatelliteHealth : std::uint8_t {
-  Unknown,  ///< no messages, or none valid
-  Healthy,
-  Unhealthy,  ///< receivers do not use it
-};
+/// Health of a satellite by its own messages; Unknown: no messages, or none valid.
+enum class SatelliteHealth : std::uint8_t { Unknown, Healthy, Unhealthy };
 
 /// Positions of satellites: the interface to orbits for all later modules. Implementations are immutable
 /// after construction and thread-safe.
@@ -58,7 +54,6 @@ class Sky {
   /// why there is none.
   [[nodiscard]] virtual std::string source(gnss::SatelliteId id, geodesy::GpsTime t) const = 0;
 
-  /// Health of `id` at `t`; Unknown in skies without messages.
   [[nodiscard]] virtual SatelliteHealth health(gnss::SatelliteId /*id*/, geodesy::GpsTime /*t*/) const {
     return SatelliteHealth::Unknown;
   }
