@@ -52,7 +52,7 @@ struct SignalObservation {
   /// negative if the fix corrects an absent error); 0 without measurement.
   double pseudorange_error_m = 0;
   /// Each term of the pseudorange, in the order of range_terms(); 0 without measurement.
-  std::array<double, kMaxRangeTerms> terms_m{};
+  std::array<double, kRangeTermCount> terms_m{};
 
   [[nodiscard]] double term_m(RangeTermId id) const { return terms_m[static_cast<std::size_t>(id)]; }
 };

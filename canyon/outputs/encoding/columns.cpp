@@ -613,11 +613,11 @@ constexpr std::array<Number, sizeof...(term)> range_term_values(std::index_seque
 
 /// kSignalColumns with the columns of receiver::range_terms() after sigma_m.
 std::vector<Column> signal_columns() {
-  static constexpr auto kValues = range_term_values(std::make_index_sequence<receiver::kMaxRangeTerms>());
+  static constexpr auto kValues = range_term_values(std::make_index_sequence<receiver::kRangeTermCount>());
   std::vector<Column> columns(kSignalColumns.begin(), kSignalColumns.end());
   auto at = std::find_if(columns.begin(), columns.end(),
                          [](const Column& c) { return std::string_view(c.name) == "sigma_m"; });
-  const std::span<const receiver::RangeTerm> terms = receiver::range_terms();
+  const auto terms = receiver::range_terms();
   for (std::size_t i = 0; i < terms.size(); ++i) {
     if (terms[i].column == nullptr) continue;
     at = columns.insert(at + 1,

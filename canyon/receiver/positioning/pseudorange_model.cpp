@@ -153,7 +153,7 @@ void look_up(std::span<RangedSatellite> satellites, const Eigen::Vector3d& recei
     const geodesy::AzimuthElevation look_angles = geodesy::azimuth_elevation_from_enu(enu);
     const Measurement& m = *satellite.measured;
     if (weighs) satellite.sigma_m = options.weights.sigma_m(m, look_angles.elevation_rad);
-    std::array<double, receiver::kMaxRangeTerms> term_values_m{};
+    std::array<double, receiver::kRangeTermCount> term_values_m{};
     satellite.space_m = modelled_range(receiver::RangeTermOf::Space,
                                        {&options, &klobuchar, &satellite.state, nullptr, m.id,
                                         m.carrier_frequency_hz > 0 ? m.carrier_frequency_hz

@@ -1,12 +1,10 @@
 #include "canyon/receiver/positioning/range_terms.hpp"
 
-#include <fmt/format.h>
-
 #include <cassert>
 #include <cmath>
+#include <iterator>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/base/input_error.hpp"
 #include "canyon/receiver/tracking/channel.hpp"
 #include "canyon/receiver/tracking/channel_fading.hpp"
 #include "canyon/sky/range_errors.hpp"
@@ -19,6 +17,12 @@ using geodesy::kSpeedOfLight;
 
 CodeAndCarrier both(double value) {
   return {value, value};
+}
+CodeAndCarrier code_only(double value) {
+  return {value, 0};
+}
+CodeAndCarrier carrier_only(double value) {
+  return {0, value};
 }
 
 /// A phase rotation is given at L1, and scales on other carriers like a delay: metres per radian.
@@ -77,11 +81,13 @@ double troposphere_mps(const RangeState& s) {
   });
 }
 
-std::vector<RangeTerm>& range_term_table() {
+}  // namespace
+
+std::span<const RangeTerm, kRangeTermCount> range_terms() {
   using S = const RangeState&;
   using M = const ModelState&;
   using Of = RangeTermOf;
-  static std::vector<RangeTerm> table{
+  static constexpr RangeTerm kTerms[]{
       {"geometry", Of::Satellite, [](S s) { return both(s.view->line.range_m); }, nullptr,
        [](S s) {
          return both(tracking::path_rate_mps(s.view->line, s.motion->velocity_ecef, *s.path,
@@ -92,86 +98,49 @@ std::vector<RangeTerm>& range_term_table() {
        [](M m) { return both(-kSpeedOfLight * m.satellite->clock_bias_s); },
        [](S s) { return both(-kSpeedOfLight * s.view->line.state.clock_drift); }},
       {"group delay", Of::Satellite,
-       [](S s) {
-         return CodeAndCarrier{kSpeedOfLight * s.view->line.state.group_delay_of(*s.signal), 0};
-       },
+       [](S s) { return code_only(kSpeedOfLight * s.view->line.state.group_delay_of(*s.signal)); },
        [](M m) {
          const orbit::SatelliteState& sent = *m.satellite;
          const double delay_s = m.signal != nullptr ? sent.group_delay_of(*m.signal) : sent.group_delay_s;
-         return CodeAndCarrier{kSpeedOfLight * delay_s, 0};
+         return code_only(kSpeedOfLight * delay_s);
        }},
       {"ionosphere", Of::Space, [](S s) { return dispersive(ionosphere_m(s)); },
        [](M m) {
          return dispersive(m.ionosphere_fraction * modelled_m(m, m.fix->correct_ionosphere, false));
        },
-       [](S s) {
-         return CodeAndCarrier{0, -ionosphere_mps(s)};
-       },
-       "ionosphere_m", "delay in the pseudorange, advance in the phase; 0 if `ionosphere` is off"},
+       [](S s) { return carrier_only(-ionosphere_mps(s)); }, "ionosphere_m",
+       "delay in the pseudorange, advance in the phase; 0 if `ionosphere` is off"},
       {"troposphere", Of::Space, [](S s) { return both(troposphere_m(s)); },
        [](M m) { return both(modelled_m(m, false, m.fix->correct_troposphere)); },
-       [](S s) {
-         return CodeAndCarrier{0, troposphere_mps(s)};
-       },
-       "troposphere_m", "delay in both; 0 if `troposphere` is off"},
+       [](S s) { return carrier_only(troposphere_mps(s)); }, "troposphere_m",
+       "delay in both; 0 if `troposphere` is off"},
       {"orbit error", Of::Space,
        [](S s) { return both(s.view->space && s.options->orbit_errors ? s.view->space->orbit_clock_m : 0); },
        nullptr, nullptr, "orbit_error_m",
        "error of the broadcast orbit and clock (`sky.errors`), in code and phase"},
       {"receiver clock", Of::Receiver, [](S s) { return both(kSpeedOfLight * s.clock.bias_s); }, nullptr,
        [](S s) { return both(kSpeedOfLight * s.clock.drift); }},
-      {"bias", Of::Receiver,
-       [](S s) {
-         return CodeAndCarrier{s.bias_m, 0};
-       },
-       nullptr, nullptr, "bias_m",
+      {"bias", Of::Receiver, [](S s) { return code_only(s.bias_m); }, nullptr, nullptr, "bias_m",
        "the receiver's own delay, in the pseudorange and not in its error (`biases`)"},
       {"multipath", Of::Channel,
        [](S s) {
          return CodeAndCarrier{s.code_excess_m, s.carrier_excess_m};
        }},
-      {"noise", Of::Channel,
-       [](S s) {
-         return CodeAndCarrier{s.code_noise_m, 0};
-       }},
+      {"noise", Of::Channel, [](S s) { return code_only(s.code_noise_m); }},
       {"turn of the carrier", Of::Channel,
-       [](S s) {
-         return CodeAndCarrier{0, s.view->carrier_phase_offset_rad * metres_per_rad(s.carrier_hz)};
-       },
+       [](S s) { return carrier_only(s.view->carrier_phase_offset_rad * metres_per_rad(s.carrier_hz)); },
        nullptr,
        [](S s) {  // rate per second of the receiver's clock
-         return CodeAndCarrier{
-             0, s.view->carrier_phase_rate_radps * metres_per_rad(s.carrier_hz) * (1 + s.clock.drift)};
+         return carrier_only(s.view->carrier_phase_rate_radps * metres_per_rad(s.carrier_hz) *
+                             (1 + s.clock.drift));
        }},
   };
-  return table;
-}
-
-}  // namespace
-
-std::span<const RangeTerm> range_terms() {
-  return range_term_table();
-}
-
-void add_range_term(const RangeTerm& term) {
-  std::vector<RangeTerm>& table = range_term_table();
-  if (term.truth_m == nullptr)
-    throw InputError(fmt::format("the range term '{}' has no truth", term.name), "set RangeTerm::truth_m");
-  if (table.size() >= kMaxRangeTerms) {
-    throw InputError(fmt::format("no space for the range term '{}': a range has at most {} terms", term.name,
-                                 table.size()),
-                     "combine several effects in one term, or increase kMostRangeTerms and rebuild");
-  }
-  table.push_back(term);
-}
-
-void remove_range_term() {
-  constexpr std::size_t kReported = static_cast<std::size_t>(RangeTermId::CarrierPhaseOffset) + 1;
-  if (range_term_table().size() > kReported) range_term_table().pop_back();
+  static_assert(std::size(kTerms) == kRangeTermCount);
+  return kTerms;
 }
 
 CodeAndCarrier signal_range(const RangeState& state, std::span<double> code_terms_m) {
-  const std::span<const RangeTerm> terms = range_terms();
+  const auto terms = range_terms();
   assert(code_terms_m.empty() || code_terms_m.size() >= terms.size());
   CodeAndCarrier range;
   for (std::size_t i = 0; i < terms.size(); ++i) {
@@ -190,7 +159,7 @@ CodeAndCarrier range_of(RangeTermOf of, const RangeState& state) {
 }
 
 CodeAndCarrier modelled_range(RangeTermOf of, const ModelState& state, std::span<double> code_models_m) {
-  const std::span<const RangeTerm> terms = range_terms();
+  const auto terms = range_terms();
   assert(code_models_m.empty() || code_models_m.size() >= terms.size());
   CodeAndCarrier range;
   for (std::size_t i = 0; i < terms.size(); ++i) {
@@ -203,7 +172,7 @@ CodeAndCarrier modelled_range(RangeTermOf of, const ModelState& state, std::span
 }
 
 double uncorrected_m(const RangeState& state, std::span<const double> code_terms_m) {
-  const std::span<const RangeTerm> terms = range_terms();
+  const auto terms = range_terms();
   const ModelState model = model_state(state);
   double left_m = 0;
   for (std::size_t i = 0; i < terms.size(); ++i) {

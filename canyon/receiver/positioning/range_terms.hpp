@@ -1,10 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <span>
-#include <vector>
 
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/paths/propagation/paths.hpp"
@@ -115,7 +115,7 @@ struct RangeTerm {
   const char* help = "";         ///< of the column
 };
 
-/// Numbers of terms that are used individually, in the order of range_terms().
+/// Numbers of the terms, in the order of range_terms().
 enum class RangeTermId : std::uint8_t {
   Geometry,
   SatelliteClock,
@@ -130,14 +130,9 @@ enum class RangeTermId : std::uint8_t {
   CarrierPhaseOffset
 };
 
-inline constexpr std::size_t kMaxRangeTerms = 16;
+inline constexpr std::size_t kRangeTermCount = static_cast<std::size_t>(RangeTermId::CarrierPhaseOffset) + 1;
 /// All terms. Cycles of a carrier phase are not included: integers are not counted in metres.
-[[nodiscard]] std::span<const RangeTerm> range_terms();
-/// Appends a term for an experiment; call it before the first run. Throws InputError for a term without a
-/// truth, and beyond kMaxRangeTerms, the size of the arrays of terms.
-void add_range_term(const RangeTerm& term);
-/// Removes the last added term, if any.
-void remove_range_term();
+[[nodiscard]] std::span<const RangeTerm, kRangeTermCount> range_terms();
 
 /// A signal's range by its code (the pseudorange) and by its carrier (carrier phase times wavelength, without
 /// an ambiguity) [m]: the sum of all terms.

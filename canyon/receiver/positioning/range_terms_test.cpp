@@ -1,14 +1,12 @@
 #include "canyon/receiver/positioning/range_terms.hpp"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <string_view>
 #include <utility>
 
 #include "canyon/receiver/positioning/pseudorange_model.hpp"
-#include "tests/support/refusal.hpp"
+#include "canyon/sky/range_errors.hpp"
 
 namespace canyon::receiver {
 namespace {
@@ -27,7 +25,6 @@ TEST(RangeTerms, NumbersAreThePlacesInTheTable) {
                                                      {Id::Noise, "noise"},
                                                      {Id::CarrierPhaseOffset, "turn of the carrier"}};
   ASSERT_EQ(range_terms().size(), std::size(kNames));
-  ASSERT_LE(range_terms().size(), kMaxRangeTerms);
   for (const auto& [id, name] : kNames) EXPECT_EQ(range_terms()[static_cast<std::size_t>(id)].name, name);
 }
 
@@ -47,32 +44,21 @@ TEST(RangeTerms, AReceiverTakesOffWhatTheMessagesSay) {
   EXPECT_NEAR(modelled_range(RangeTermOf::Satellite, state).code - l1.code, 299792458 * 3e-9, 1e-9);
 }
 
-// A fix subtracts the model of a new row, independent of the switches of the others.
-TEST(RangeTerms, ASolverTakesOffTheModelOfANewRow) {
-  add_range_term({"made up", RangeTermOf::Space, [](const RangeState&) { return CodeAndCarrier{}; },
-                  [](const ModelState& state) {
-                    return CodeAndCarrier{2 * std::sin(state.look_angles.elevation_rad), 0};
-                  }});
-  positioning::Measurement measured;
-  positioning::RangedSatellite satellite;
-  satellite.measured = &measured;
-  satellite.position = {2.6e7, 0, 0};
-  positioning::look_up({&satellite, 1}, {6378137, 0, 0}, {}, {}, {});
-  remove_range_term();
-  EXPECT_NEAR(satellite.space_m, 2, 1e-9);  // at the zenith
-}
-
-// Arrays have kMaxRangeTerms elements: a further one would be written beyond their end.
-TEST(RangeTerms, NoMoreThanTheArraysHold) {
-  const std::size_t own = range_terms().size();
-  const RangeTerm term{"made up", RangeTermOf::Space, [](const RangeState&) { return CodeAndCarrier{}; }};
-  for (std::size_t k = own; k < kMaxRangeTerms; ++k) add_range_term(term);
-  EXPECT_THAT(test::refusal([&] { add_range_term(term); }),
-              ::testing::HasSubstr("no space for the range term 'made up': a range has at most 16 terms"));
-  EXPECT_EQ(range_terms().size(), kMaxRangeTerms);
-  for (std::size_t k = 0; k < kMaxRangeTerms; ++k) remove_range_term();
-  EXPECT_EQ(range_terms().size(), own);
-  EXPECT_THROW(add_range_term({"empty", RangeTermOf::Space, nullptr}), InputError);
+// A fix subtracts the models that its options enable. RTCA DO-229's mapping is 1 at the zenith.
+TEST(RangeTerms, ASolverTakesOffTheEnabledModels) {
+  const Eigen::Vector3d receiver(6378137, 0, 0);
+  const auto space_m = [&](bool corrected) {
+    positioning::FixOptions options;
+    options.correct_troposphere = corrected;
+    positioning::Measurement measured;
+    positioning::RangedSatellite satellite;
+    satellite.measured = &measured;
+    satellite.position = {2.6e7, 0, 0};
+    positioning::look_up({&satellite, 1}, receiver, {}, options, {});
+    return satellite.space_m;
+  };
+  EXPECT_EQ(space_m(false), 0);
+  EXPECT_NEAR(space_m(true), sky::saastamoinen_zenith_m(geodesy::geodetic_from_ecef(receiver)), 1e-5);
 }
 
 }  // namespace

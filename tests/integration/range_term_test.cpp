@@ -1,7 +1,8 @@
-// A new range term is one row: this one, 5 cm by elevation, defined only in this file, appears in tables,
-// virtual stations, maps and samples. A separate program, since the list of columns is made once.
+// A term of the table of range terms, here the troposphere, appears in tables, virtual stations, maps and
+// samples.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <string>
@@ -14,26 +15,15 @@
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/samples/generator.hpp"
 #include "canyon/simulation/samples/path_interpolator.hpp"
+#include "canyon/sky/range_errors.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/circular_sky.hpp"
 
-namespace canyon {
+namespace canyon::range_term_test {
 namespace {
 
 using receiver::CodeAndCarrier;
-using receiver::RangeState;
 using simulation::Epoch;
-
-double size_m = 0;
-const bool added = [] {
-  receiver::add_range_term({"made up", receiver::RangeTermOf::Space,
-                            [](const RangeState& state) {
-                              const double metres = size_m * std::sin(state.view->line.elevation_rad);
-                              return CodeAndCarrier{metres, metres};
-                            },
-                            nullptr, nullptr, "made_up_m", "5 cm by elevation"});
-  return true;
-}();
 
 constexpr const char* kScenario = R"(
 city: {open: true, origin: {latitude_deg: 22.3, longitude_deg: 114.17}}
@@ -44,13 +34,27 @@ trajectory: {waypoints: [{east_m: 0, north_m: 0, up_m: 2}]}
 receivers: [{name: car, profile: ublox-f9p}]
 )";
 
+/// kScenario with other options of its receiver.
+std::string scenario_with(const std::string& options) {
+  std::string text = kScenario;
+  text.replace(text.find("ublox-f9p"), 9, "ublox-f9p" + options);
+  return text;
+}
+
+/// The true delay of a satellite's signal at a position.
+double troposphere_m(const Epoch& epoch, gnss::SatelliteId id, const Eigen::Vector3d& ecef) {
+  const auto line = orbit::line_of_sight(epoch.environment->sky(), id, epoch.truth.time, ecef);
+  const sky::RangeErrorModel& errors = *epoch.environment->errors();
+  return errors.at(*line, errors.reception(epoch.truth.time, ecef)).troposphere_m;
+}
+
 /// All results of one run.
 struct ReportedTerms {
   std::map<std::string, double> signal_entries, satellite_rows;  ///< pseudoranges by satellite and signal
-  std::map<std::string, double> column;                          ///< made_up_m
-  std::map<std::string, double> sine;                            ///< of the elevation
+  std::map<std::string, double> column;                          ///< troposphere_m
+  std::map<std::string, double> delay_m;                         ///< true
   std::map<std::string, CodeAndCarrier> at_virtual_station;
-  std::map<std::string, double> sine_there;
+  std::map<std::string, double> delay_there_m;
   std::vector<double> sample_codes_m, sample_carriers_m;
 };
 
@@ -68,7 +72,8 @@ class Teller final : public simulation::EpochSink {
     // 100 km to the north.
     geodesy::Geodetic geodetic = epoch.truth.position;
     geodetic.latitude_rad += geodesy::radians(0.9);
-    const auto moved = simulation::VirtualStation().move(epoch, geodesy::ecef_from_geodetic(geodetic));
+    const Eigen::Vector3d there = geodesy::ecef_from_geodetic(geodetic);
+    const auto moved = simulation::VirtualStation().move(epoch, there);
     ASSERT_TRUE(moved);
     for (const receiver::SatelliteObservation& satellite : moved->observed.satellites) {
       if (!satellite.measurement || !satellite.measurement->carrier_phase_cycles) continue;
@@ -76,9 +81,7 @@ class Teller final : public simulation::EpochSink {
       const std::string name = gnss::to_string(satellite.id);
       reported_.at_virtual_station[name] = {
           m.pseudorange_m, *m.carrier_phase_cycles * geodesy::kSpeedOfLight / m.carrier_frequency_hz};
-      const auto line = orbit::line_of_sight(epoch.environment->sky(), satellite.id, epoch.truth.time,
-                                             geodesy::ecef_from_geodetic(geodetic));
-      reported_.sine_there[name] = std::sin(line->elevation_rad);
+      reported_.delay_there_m[name] = troposphere_m(epoch, satellite.id, there);
     }
     if (const auto segment = interpolator_->next(epoch)) {
       for (const auto& signal : segment->signals) {
@@ -100,12 +103,12 @@ class Teller final : public simulation::EpochSink {
       std::string name = gnss::to_string(row.satellite->id);
       const bool signal_entries = kind == encoding::TableKind::Signals;
       if (signal_entries) name += std::string(" ") + std::string(row.signal->signal->name);
-      reported_.sine[name] = std::sin(row.satellite->elevation_rad);
+      reported_.delay_m[name] = troposphere_m(epoch, row.satellite->id, epoch.truth_ecef);
       for (const encoding::Column& column : columns) {
         const std::string_view is(column.name);
         if (is == "pseudorange_m")
           (signal_entries ? reported_.signal_entries : reported_.satellite_rows)[name] = column.value(row);
-        if (is == "made_up_m") reported_.column[name] = column.value(row);
+        if (is == "troposphere_m") reported_.column[name] = column.value(row);
       }
     });
   }
@@ -115,48 +118,43 @@ class Teller final : public simulation::EpochSink {
   std::unique_ptr<samples::PathInterpolator> interpolator_;
 };
 
-ReportedTerms run(double metres) {
-  size_m = metres;
+ReportedTerms run(const std::string& options) {
   const test::TemporaryFolder folder;
-  const simulation::Simulation simulation = test::prepare(kScenario, folder.path());
+  const simulation::Simulation simulation = test::prepare(scenario_with(options), folder.path());
   ReportedTerms reported;
   Teller teller(simulation, reported);
   simulation.run({&teller}, {});
-  size_m = 0;
   return reported;
 }
 
 TEST(RangeTerm, ComesToTablesVirtualStationsAndSamples) {
-  ASSERT_TRUE(added);
-  const ReportedTerms without = run(0), with = run(0.05);
+  const ReportedTerms without = run(", troposphere: false"), with = run(", troposphere: true");
   ASSERT_GT(with.signal_entries.size(), 40U);
   ASSERT_GT(with.satellite_rows.size(), 20U);
   for (const auto of : {&ReportedTerms::signal_entries, &ReportedTerms::satellite_rows}) {
     for (const auto& [name, metres] : with.*of) {
       // A pseudorange is a double of 4e-9 m.
-      EXPECT_NEAR(metres - (without.*of).at(name), 0.05 * with.sine.at(name), 1e-7) << name;
+      EXPECT_NEAR(metres - (without.*of).at(name), with.delay_m.at(name), 1e-6) << name;
     }
   }
-  for (const auto& [name, metres] : with.column)
-    EXPECT_NEAR(metres, 0.05 * with.sine.at(name), 1e-12) << name;
+  for (const auto& [name, metres] : with.column) EXPECT_NEAR(metres, with.delay_m.at(name), 1e-6) << name;
   for (const auto& [name, metres] : without.column) EXPECT_EQ(metres, 0) << name;
   // The base has the term at its position; the station has the term at its own.
   ASSERT_GT(with.at_virtual_station.size(), 20U);
   double apart_m = 0;
   for (const auto& [name, range] : with.at_virtual_station) {
-    const double expected_m = 0.05 * with.sine_there.at(name);
-    EXPECT_NEAR(range.code - without.at_virtual_station.at(name).code, expected_m, 1e-7) << name;
+    const double expected_m = with.delay_there_m.at(name);
+    EXPECT_NEAR(range.code - without.at_virtual_station.at(name).code, expected_m, 1e-6) << name;
     EXPECT_NEAR(range.carrier - without.at_virtual_station.at(name).carrier, expected_m, 1e-6) << name;
-    apart_m = std::max(apart_m, std::abs(with.sine_there.at(name) - with.sine.at(name)) * 0.05);
+    apart_m = std::max(apart_m, std::abs(expected_m - with.delay_m.at(name)));
   }
   EXPECT_GT(apart_m, 1e-4);
   ASSERT_EQ(with.sample_codes_m.size(), without.sample_codes_m.size());
   ASSERT_FALSE(with.sample_codes_m.empty());
   for (std::size_t i = 0; i < with.sample_codes_m.size(); ++i) {
     const double code_m = with.sample_codes_m[i] - without.sample_codes_m[i];
-    EXPECT_GT(code_m, 0);
-    EXPECT_LT(code_m, 0.05);
-    EXPECT_NEAR(with.sample_carriers_m[i] - without.sample_carriers_m[i], code_m, 1e-7);
+    EXPECT_GT(code_m, 1);
+    EXPECT_NEAR(with.sample_carriers_m[i] - without.sample_carriers_m[i], code_m, 1e-6);
   }
 }
 
@@ -187,11 +185,9 @@ class Mover final : public simulation::EpochSink {
 // A base without range errors gets none at another position.
 TEST(RangeTerm, AVirtualStationHasTheSwitchesOfItsBase) {
   const auto worst_m = [](const std::string& switches) {
-    std::string text = kScenario;
-    text.replace(text.find("ublox-f9p"), 9, "ublox-f9p" + switches);
     const test::TemporaryFolder folder;
     Mover mover;
-    test::prepare(text, folder.path()).run({&mover}, {});
+    test::prepare(scenario_with(switches), folder.path()).run({&mover}, {});
     EXPECT_GT(mover.count, 20);
     return mover.worst_m;
   };
@@ -206,16 +202,16 @@ TEST(RangeTerm, ComesToMaps) {
   request.grid = heatmap::Grid::covering(0, 0, 4, 2, 2);
   request.times = {test::CircularSky::kEpoch + std::chrono::hours(5)};
   request.layers = {heatmap::Layer::VerticalError};
-  const auto up_m = [&](double metres) {
-    size_m = metres;
-    const float result =
-        heatmap::Heatmap(open, simulation::ReceiverConfig(), request, "").compute(0).values[0];
-    size_m = 0;
-    return result;
+  const auto up_m = [&](bool delayed, bool corrected) {
+    simulation::ReceiverConfig receiver;
+    receiver.options.troposphere = delayed;
+    receiver.options.fix.correct_troposphere = corrected;
+    return heatmap::Heatmap(open, receiver, request, "").compute(0).values[0];
   };
-  // A delay of d sin(elevation) is a position d lower.
-  EXPECT_NEAR(up_m(0.05) - up_m(0), -0.05, 1e-5);
+  // A delay that grows towards the horizon raises the position.
+  EXPECT_GT(up_m(true, false) - up_m(false, false), 1);
+  EXPECT_NEAR(up_m(true, true), up_m(false, false), 1e-4);
 }
 
 }  // namespace
-}  // namespace canyon
+}  // namespace canyon::range_term_test
