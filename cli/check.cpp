@@ -47,7 +47,7 @@ int run_check(const CheckArguments& arguments) {
         all.push_back(json_of(file, report));
       else
         print(file, report);
-    } catch (const InputError& error) {
+    } catch (const Error& error) {
       worst = exit_code(error);
       if (arguments.json)
         all.push_back({{"file", file}, {"usable", false}, {"problem", error.what()}});

@@ -14,7 +14,7 @@
 
 namespace canyon::cli {
 
-ExitCode exit_code(const InputError& error) {
+ExitCode exit_code(const Error& error) {
   return dynamic_cast<const OutputError*>(&error) == nullptr ? kBadInput : kFailure;
 }
 
@@ -22,7 +22,7 @@ int guarded(const heatmap::MpiProcesses& processes, const std::function<int()>& 
   if (processes.ranks() == 1) return work();
   try {
     return work();
-  } catch (const InputError& error) {
+  } catch (const Error& error) {
     fmt::print(stderr, "canyon: {}\n", error.what());
     std::fflush(stderr);
     processes.abort(exit_code(error));

@@ -9,7 +9,6 @@
 #include "canyon/base/geodesy/gps_time.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/base/output_file.hpp"
 #include "canyon/base/read_report.hpp"
 #include "canyon/base/text.hpp"
 #include "cli/arguments.hpp"
@@ -24,7 +23,7 @@ struct NavigationData;
 namespace canyon::cli {
 
 /// kFailure for an OutputError, else kBadInput.
-[[nodiscard]] ExitCode exit_code(const InputError& error);
+[[nodiscard]] ExitCode exit_code(const Error& error);
 
 /// Runs `work` and returns its result. If it throws and there are several processes, prints the error as
 /// main() does and ends all of them: the others would wait for this one forever.

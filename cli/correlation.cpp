@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/outputs/drawing/views/pictures.hpp"
 #include "canyon/outputs/encoding/number.hpp"

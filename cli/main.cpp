@@ -69,7 +69,7 @@ int run_program(int argc, char** argv) {
   add_manual(program, "canyon " CANYON_VERSION);
   try {
     return run(program, "canyon " CANYON_VERSION, argc, argv);
-  } catch (const canyon::InputError& error) {
+  } catch (const canyon::Error& error) {
     fmt::print(stderr, "canyon: {}\n", error.what());
     return exit_code(error);
   } catch (const std::exception& error) {

@@ -9,6 +9,7 @@
 #include "canyon/analysis/validation/metrics_text.hpp"
 #include "canyon/analysis/validation/recorded_scene.hpp"
 #include "canyon/base/geodesy/constants.hpp"
+#include "canyon/base/output_file.hpp"
 #include "canyon/simulation/georeference.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"

@@ -237,7 +237,7 @@ Antennas antennas_in_finished(const ViewArguments& arguments, const std::filesys
   try {
     antennas.probe = validation::is_comparison(folder) ? probe_of_validation(arguments, folder)
                                                        : probe_of_run(arguments, folder);
-  } catch (const InputError& error) {
+  } catch (const Error& error) {
     if (arguments.map.empty()) throw;
     antennas.why_not = error.what();  // only the city was requested
   }

@@ -106,11 +106,10 @@ std::size_t quotation_end(std::string_view text, std::size_t at) {
 
 }  // namespace
 
-InputError::InputError(std::string_view problem, std::string_view hint)
-    : InputError(std::filesystem::path(), 0, problem, hint) {}
+Error::Error(std::string_view problem, std::string_view hint)
+    : Error(std::filesystem::path(), 0, problem, hint) {}
 
-InputError::InputError(const std::filesystem::path& file, int line, std::string_view problem,
-                       std::string_view hint)
+Error::Error(const std::filesystem::path& file, int line, std::string_view problem, std::string_view hint)
     : std::runtime_error(printable(hide_passwords(message(file.string(), line, problem, hint)))),
       file_(file.string()),
       line_(line),

@@ -7,18 +7,16 @@
 
 namespace canyon {
 
-/// Bad input from outside (file, scenario, command line, caller's pose): the only exception type that Canyon
-/// throws on purpose. `what()` is one line for the user, "FILE:LINE: problem; hint", without the parts that
-/// are unknown. The CLI prints it and exits 2.
-class InputError : public std::runtime_error {
+/// Base of the exceptions that Canyon throws on purpose: InputError and OutputError. `what()` is one line for
+/// the user, "FILE:LINE: problem; hint", without the parts that are unknown. The CLI prints it.
+class Error : public std::runtime_error {
  public:
   /// @param problem what is wrong, with the offending value
   /// @param hint how to fix it; may be empty
-  explicit InputError(std::string_view problem, std::string_view hint = {});
+  explicit Error(std::string_view problem, std::string_view hint = {});
 
   /// @param line 1-based; 0 if the fault concerns the whole file
-  InputError(const std::filesystem::path& file, int line, std::string_view problem,
-             std::string_view hint = {});
+  Error(const std::filesystem::path& file, int line, std::string_view problem, std::string_view hint = {});
 
   [[nodiscard]] const std::string& file() const { return file_; }
   [[nodiscard]] int line() const { return line_; }
@@ -32,11 +30,24 @@ class InputError : public std::runtime_error {
   std::string hint_;
 };
 
+/// Bad input from outside: file, scenario, command line, caller's pose. The CLI exits 2.
+class InputError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// The machine cannot store an output: a full disk, a quota, a disk that is gone. The CLI exits 1, because
+/// the input is not to blame.
+class OutputError final : public Error {
+ public:
+  using Error::Error;
+};
+
 /// Replaces by "..." each password of an address, also if its scheme is missing or misspelt, and the values
 /// of query keys such as "api_key", "token" and "password"; in addresses also all values of eight letters and
 /// more: "ntrip://user:...@host:2101/MOUNT" for "ntrip://user:p@ss/word@host:2101/MOUNT". An address ends at
 /// a blank or a quotation mark; in quotation marks, at the closing one. The placeholder USER:PASSWORD of
-/// explanations is kept. InputError applies this function to its problem and hint.
+/// explanations is kept. Error applies this function to its problem and hint.
 [[nodiscard]] std::string hide_passwords(std::string_view text);
 
 }  // namespace canyon

@@ -16,13 +16,6 @@
 
 namespace canyon {
 
-/// The machine cannot store an output: a full disk, a quota, a disk that is gone. The CLI exits 1, because
-/// the input is not to blame. Derived from InputError, so that handlers report its file and hint as well.
-class OutputError final : public InputError {
- public:
-  using InputError::InputError;
-};
-
 /// A new file or folder under a random name in the folder of an output. It is locked during its lifetime and
 /// removed at its end with all contents, unless it was renamed to the output's name. Leftovers of killed
 /// processes are unlocked; they are deleted at this process's first write to the folder.

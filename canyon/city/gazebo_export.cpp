@@ -181,6 +181,8 @@ void in_name_of(const std::filesystem::path& folder, const Call& call) {
     call();
   } catch (const InputError& error) {
     throw InputError(folder, 0, error.problem(), error.hint());
+  } catch (const OutputError& error) {
+    throw OutputError(folder, 0, error.problem(), error.hint());
   }
 }
 

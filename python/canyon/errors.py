@@ -7,7 +7,23 @@ from typing import Any, Optional, Tuple
 __all__ = ["InputError", "Interrupted", "OutputError"]
 
 
-class InputError(ValueError):
+class _Error(Exception):
+    def __init__(
+        self,
+        problem: str,
+        cure: str = "",
+        file: Optional[str] = None,
+        line: Optional[int] = None,
+        message: Optional[str] = None,
+    ) -> None:
+        super().__init__(message or (f"{problem}; {cure}" if cure else problem))
+        self.problem = problem
+        self.cure = cure
+        self.file = file
+        self.line = line
+
+
+class InputError(_Error, ValueError):
     """Bad input: a scenario, a file, an array.
 
     Attributes
@@ -31,23 +47,9 @@ class InputError(ValueError):
     unknown key 'sed' | did you mean 'seed'?
     """
 
-    def __init__(
-        self,
-        problem: str,
-        cure: str = "",
-        file: Optional[str] = None,
-        line: Optional[int] = None,
-        message: Optional[str] = None,
-    ) -> None:
-        super().__init__(message or (f"{problem}; {cure}" if cure else problem))
-        self.problem = problem
-        self.cure = cure
-        self.file = file
-        self.line = line
 
-
-class OutputError(InputError):
-    """An output cannot be written: a full disk, a quota, a removed disk."""
+class OutputError(_Error, RuntimeError):
+    """An output cannot be written: a full disk, a quota, a removed disk. Attributes as of :class:`InputError`."""
 
 
 class Interrupted(KeyboardInterrupt):

@@ -1,7 +1,6 @@
 #include "python/src/binding.hpp"
 
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/output_file.hpp"
 
 namespace canyon::python {
 
@@ -30,7 +29,7 @@ bool Signals::take_interrupt() {
 namespace {
 
 /// The classes are in canyon.errors, so that they are documented and typed like other Python classes.
-void raise_as(const char* name, const InputError& error) {
+void raise_as(const char* name, const Error& error) {
   const py::object cls = py::module_::import("canyon.errors").attr(name);
   const py::object file = error.file().empty() ? py::object(py::none()) : py::str(error.file());
   const py::object line = error.line() > 0 ? py::object(py::int_(error.line())) : py::none();

@@ -17,7 +17,6 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
-#include "canyon/base/output_file.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/base/work_queue.hpp"
 #include "canyon/city/mesh_topology.hpp"
@@ -251,8 +250,6 @@ std::optional<RunRecord> RunMaker::make(std::size_t number, int threads,
     options.stop = stop;
     if (simulation.run({&sink}, options).interrupted) return std::nullopt;
     record.receivers = sink.take();
-  } catch (const OutputError&) {
-    throw;
   } catch (const InputError& error) {
     record.problem = error.problem() + (error.hint().empty() ? "" : "; " + error.hint());
   }

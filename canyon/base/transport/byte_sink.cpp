@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <string>
 
-#include "canyon/base/output_file.hpp"
+#include "canyon/base/input_error.hpp"
 #include "canyon/base/transport/devices.hpp"
 
 namespace canyon::transport {

@@ -9,7 +9,7 @@
 #include <future>
 #include <vector>
 
-#include "canyon/base/output_file.hpp"
+#include "canyon/base/input_error.hpp"
 #include "canyon/base/transport/devices.hpp"
 #include "tests/support/free_port.hpp"
 #include "tests/support/local_connection.hpp"
@@ -48,7 +48,7 @@ class Subscriber {
 std::string problem_of(const std::function<void()>& work) {
   try {
     work();
-  } catch (const InputError& error) {
+  } catch (const Error& error) {
     return error.problem();
   }
   return {};

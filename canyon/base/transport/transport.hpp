@@ -53,7 +53,7 @@ class Transport {
   virtual void begin(std::string_view bytes) { send(bytes); }
   /// An NTRIP caster puts it in its source table; others ignore it.
   virtual void describe(const StreamDescription& /*stream*/) {}
-  /// The bytes of one epoch, to all. Files throw InputError if the bytes cannot be stored.
+  /// The bytes of one epoch, to all. Files throw OutputError if the bytes cannot be stored.
   virtual void send(std::string_view bytes) = 0;
   /// The peers now: 0 for transports with a single one, else numbers from 1.
   [[nodiscard]] virtual std::vector<std::uint64_t> readers() const { return {0}; }

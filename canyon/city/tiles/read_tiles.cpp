@@ -11,7 +11,6 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/base/output_file.hpp"
 #include "canyon/city/tiles/tile_content.hpp"
 #include "canyon/city/tiles/tile_mesh.hpp"
 #include "canyon/city/tiles/tile_selection.hpp"
@@ -50,8 +49,6 @@ class TilesReader {
   auto name_root(const Read& read) {
     try {
       return read();
-    } catch (const OutputError&) {
-      throw;
     } catch (const InputError& error) {
       throw InputError(public_address(source_.root()), 0, error.problem(), error.hint());
     } catch (const JsonError& error) {
@@ -132,8 +129,6 @@ class TilesReader {
         if (!posed.model.copyright.empty()) copyrights_.insert(posed.model.copyright);
       mesh_.add(content, enu_from_root_ * tile.transform, file_stem(tile.address));
       ++out_.tiles;
-    } catch (const OutputError&) {
-      throw;
     } catch (const InputError& error) {
       gaps_.push_back(gap_line(tile.address, error));
     } catch (const JsonError& error) {

@@ -9,7 +9,6 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"
-#include "canyon/base/output_file.hpp"
 #include "canyon/city/meshes/json_values.hpp"
 
 namespace canyon::tiles {
@@ -175,8 +174,6 @@ class Selector {
     try {
       work();
     } catch (const TooMany&) {
-      throw;
-    } catch (const OutputError&) {
       throw;
     } catch (const InputError& error) {
       count_file();

@@ -95,7 +95,7 @@ TEST(OutputFiles, DiskThatFillsUpIsAnErrorAndLeavesNothing) {
       try {
         for (int i = 0; i < 100; ++i) sink->write(epoch);
         sink->finish();
-      } catch (const InputError& error) {
+      } catch (const OutputError& error) {
         ++failures;
         message = error.what();
       }

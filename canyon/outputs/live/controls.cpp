@@ -342,7 +342,7 @@ class SessionCommands final : public Commands {
       }
       try {
         return one_line((this->*entry.run)(command));
-      } catch (const InputError& e) {
+      } catch (const Error& e) {
         return one_line(refusal(e.problem(), e.hint()));
       } catch (const std::exception& e) {
         return one_line(refusal(e.what(), ""));

@@ -77,6 +77,8 @@ std::unique_ptr<EpochPublisher> make_stream_publisher(
     return std::make_unique<StreamPublisher>(setting, request, r, receivers[r], std::move(link), device);
   } catch (const InputError& e) {
     throw InputError(setting + ": " + e.problem(), e.hint());
+  } catch (const OutputError& e) {
+    throw OutputError(setting + ": " + e.problem(), e.hint());
   }
 }
 

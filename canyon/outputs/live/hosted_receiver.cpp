@@ -68,6 +68,9 @@ HostedReceiver::HostedReceiver(HostSetup setup)
   } catch (const InputError& e) {  // name the receiver
     if (name().empty()) throw;
     throw InputError(fmt::format("{}: {}", name(), e.what()));
+  } catch (const OutputError& e) {
+    if (name().empty()) throw;
+    throw OutputError(fmt::format("{}: {}", name(), e.what()));
   }
 }
 

@@ -53,15 +53,15 @@ void write_bytes(const fs::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
 }
 
-template <class Call>
-InputError error_of(const Call& call) {
+template <class Expected = InputError, class Call>
+Expected error_of(const Call& call) {
   try {
     call();
-  } catch (const InputError& error) {
+  } catch (const Expected& error) {
     return error;
   }
-  ADD_FAILURE() << "no InputError";
-  return InputError("none");
+  ADD_FAILURE() << "no such error";
+  return Expected("none");
 }
 
 TEST(TileStore, GivesBackWhatWasSaved) {
@@ -187,7 +187,7 @@ TEST(TileStore, RemovesItselfAndNothingElse) {
 
 /// A full disk: existing files are kept, a unit that does not fit is an error and leaves no file.
 void expect_full(TileStore& store, const fs::path& path, const char* reason) {
-  const InputError error = error_of([&] { store.save(1, values_of(1, 1'000'000)); });
+  const auto error = error_of<OutputError>([&] { store.save(1, values_of(1, 1'000'000)); });
   EXPECT_NE(std::string(error.what()).find(reason), std::string::npos) << error.what();
   EXPECT_FALSE(store.has(1));
   EXPECT_TRUE(same(store.load(0).value(), values_of(0)));

@@ -253,7 +253,7 @@ TEST(GeotiffWriter, FullDiskLeavesTheOlderFiles) {
       const test::SmallDisk disk(limit);
       try {
         write_geotiffs(folder.path(), map.source());
-      } catch (const InputError& error) {
+      } catch (const OutputError& error) {
         message = error.what();
       }
     }
@@ -282,7 +282,7 @@ TEST(GeotiffWriter, FullDiskAtTheLastStep) {
     std::string message;
     try {
       write_geotiffs(folder / "maps", source);
-    } catch (const InputError& error) {
+    } catch (const OutputError& error) {
       message = error.what();
     }
     disk.reset();

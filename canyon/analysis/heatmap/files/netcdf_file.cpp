@@ -24,7 +24,7 @@
 
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/gzip_file.hpp"
-#include "canyon/base/output_file.hpp"
+#include "canyon/base/input_error.hpp"
 
 namespace canyon::heatmap {
 namespace {

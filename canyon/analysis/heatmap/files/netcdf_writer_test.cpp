@@ -239,7 +239,7 @@ TEST(NetcdfWriter, FullDiskLeavesTheOlderFile) {
       const test::SmallDisk disk(limit);
       try {
         write_netcdf(path, map.source());
-      } catch (const InputError& error) {
+      } catch (const OutputError& error) {
         message = error.what();
       }
     }
@@ -263,7 +263,7 @@ TEST(NetcdfWriterDeathTest, ProgramEndsWellAfterAFullDisk) {
           try {
             write_netcdf(folder / "map.nc", map.source());
             std::exit(1);
-          } catch (const InputError&) {
+          } catch (const OutputError&) {
           }
         }
         std::exit(42);
