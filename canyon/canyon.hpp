@@ -20,6 +20,7 @@
 #include "canyon/city/city_file.hpp"
 #include "canyon/city/link_shapes.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "canyon/outputs/encoding/device.hpp"
 #include "canyon/outputs/encoding/encoder.hpp"
 #include "canyon/outputs/encoding/sinks.hpp"
 #include "canyon/paths/disturbance/disturbance.hpp"

@@ -35,6 +35,7 @@
 #include "canyon/city/tiles/read_tiles.hpp"
 #include "canyon/city/tiles/tile_content.hpp"
 #include "canyon/city/tiles/tile_selection.hpp"
+#include "canyon/outputs/encoding/device.hpp"
 #include "canyon/outputs/encoding/encoder.hpp"
 #include "canyon/outputs/encoding/ubx/frame.hpp"
 #include "canyon/outputs/live/controls.hpp"
@@ -353,12 +354,13 @@ void read_meshes(const fs::path& path) {
 void receive_ubx(const fs::path& path) {
   const std::string bytes = test::read_bytes(path);
   using simulation::UbxGeneration;
-  std::vector<std::unique_ptr<encoding::Encoder>> devices;
-  devices.push_back(encoding::encode_sbf({"rover"}));
+  std::vector<std::unique_ptr<encoding::Encoder>> encoders;
+  encoders.push_back(encoding::encode_sbf({"rover"}));
   for (const UbxGeneration generation : {UbxGeneration::M8, UbxGeneration::F9, UbxGeneration::X20})
-    devices.push_back(encoding::encode_ubx({.name = "rover", .ubx_generation = generation}));
-  for (const auto& device : devices) {
-    (void)device->encode(test::sample_signal_epoch(test::sample_time(), test::sample_time()));
+    encoders.push_back(encoding::encode_ubx({.name = "rover", .ubx_generation = generation}));
+  for (const auto& encoder : encoders) {
+    encoding::Device* const device = encoder->device();
+    (void)encoder->encode(test::sample_signal_epoch(test::sample_time(), test::sample_time()));
     std::size_t at = 0;
     for (std::uint64_t piece = 0; at < bytes.size(); ++piece) {
       const std::size_t size = 1 + static_cast<unsigned char>(bytes[at]) % 64;
@@ -370,7 +372,7 @@ void receive_ubx(const fs::path& path) {
     }
     (void)device->take_baud();
     const auto epoch = test::sample_signal_epoch(test::sample_time() + 1, test::sample_time());
-    (void)device->encode(epoch);
+    (void)encoder->encode(epoch);
     (void)device->encode_for_reader(1);
   }
 }

@@ -219,7 +219,8 @@ TEST(RtcmByConvbin, ReadsTheBaseOnAUbxLine) {
     const std::initializer_list<std::pair<std::uint32_t, std::uint64_t>> kMsm7{
         {0x10740001, 0}, {0x10740004, 1}, {0x209102be, 1}, {0x209102cd, 1},
         {0x209102d2, 1}, {0x20910319, 1}, {0x209102d7, 1}, {0x20910304, 1}};
-    (void)line->receive(0, encoding::ubx::frame(0x068A, test::values(1, level == 4 ? kMsm4 : kMsm7)));
+    (void)line->device()->receive(0,
+                                  encoding::ubx::frame(0x068A, test::values(1, level == 4 ? kMsm4 : kMsm7)));
     {
       std::ofstream stream(folder / "line.ubx", std::ios::binary);
       for (const simulation::Epoch& epoch : epochs) stream << line->encode(epoch);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "canyon/outputs/encoding/device.hpp"
 #include "canyon/outputs/encoding/encoder.hpp"
 #include "canyon/outputs/encoding/ubx/configuration.hpp"
 #include "canyon/outputs/encoding/ubx/frame.hpp"
@@ -85,7 +86,9 @@ class UbxDevice {
   std::vector<Message> encode(const simulation::Epoch& epoch) {
     return split_frames(encoder_->encode(epoch));
   }
-  std::vector<Message> receive(const std::string& bytes) { return split_frames(encoder_->receive(0, bytes)); }
+  std::vector<Message> receive(const std::string& bytes) {
+    return split_frames(encoder_->device()->receive(0, bytes));
+  }
   std::vector<Message> send(MessageId id, const std::string& payload = {}) {
     return receive(ubx::frame(id, payload));
   }
@@ -97,7 +100,7 @@ class UbxDevice {
     EXPECT_EQ(reply.back().u(0, 2), static_cast<std::uint64_t>((id & 0xFF) << 8 | id >> 8)) << std::hex << id;
     return reply.back().id == kAck;
   }
-  std::optional<int> take_baud() { return encoder_->take_baud(); }
+  std::optional<int> take_baud() { return encoder_->device()->take_baud(); }
   /// The number of each message in `count` epochs of the device's interval.
   std::map<MessageId, int> counts(int count, double interval_s = 0.1) {
     std::map<MessageId, int> found;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -10,12 +9,9 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "canyon/base/transport/transport.hpp"
-#include "canyon/paths/disturbance/faults/receiver_faults.hpp"
-#include "canyon/receiver/rtk/correction_link.hpp"
 #include "canyon/receiver/tracking/signal_options.hpp"
 #include "canyon/simulation/inertial/sensor_options.hpp"
 #include "canyon/simulation/scenario/outputs.hpp"
@@ -26,6 +22,8 @@ class ReceiverRunner;
 }
 
 namespace canyon::encoding {
+
+class Device;
 
 /// Properties of a file's or stream's receiver that its epochs do not have.
 struct ReceiverDescription {
@@ -61,7 +59,8 @@ struct ReceiverDescription {
 [[nodiscard]] ReceiverDescription describe_receiver(const simulation::Simulation& simulation,
                                                     std::size_t receiver);
 
-/// Epochs of one receiver in, bytes out. Independent of the destination of the bytes.
+/// Epochs of one receiver in, bytes out. Independent of the destination of the bytes. Formats whose receivers
+/// have commands implement Device too.
 class Encoder {
  public:
   using Correction = transport::Correction;
@@ -80,6 +79,7 @@ class Encoder {
     end([&text](std::string_view part) { text += part; });
     return text;
   }
+  /// A part of the bytes that is known only after end(); empty: none.
   [[nodiscard]] virtual std::optional<Correction> correction() { return std::nullopt; }
 
   /// Whether it needs Epoch::sensors.
@@ -90,36 +90,8 @@ class Encoder {
   /// Number of the `bytes` of encode() that form one datagram; at least 1.
   [[nodiscard]] virtual std::size_t datagram(std::string_view bytes) const { return bytes.size(); }
 
-  /// Takes bytes from the other end, cut anywhere; returns the bytes of an immediate response.
-  /// @param reader identifies one of several clients at the other end
-  [[nodiscard]] virtual std::string receive(std::uint64_t /*reader*/, std::string_view /*bytes*/) {
-    return {};
-  }
-  /// The bytes of encode()'s last epoch, which must still exist, for a reader that configured its own output.
-  /// Empty: the reader gets the bytes of encode(), as reader 0 does, whose commands configure encode().
-  [[nodiscard]] virtual std::optional<std::string> encode_for_reader(std::uint64_t /*reader*/) { return {}; }
-  /// The command by which a reader first configured its own output, since the last call; empty: none.
-  [[nodiscard]] std::string take_setup_command() { return std::exchange(first_command_, {}); }
-  /// The rate that the other end requested since the last call, to be used after the response [baud].
-  [[nodiscard]] std::optional<int> take_baud() { return std::exchange(baud_, {}); }
-  /// Epochs of a base that the other end sent as RTCM 3 since the last call.
-  [[nodiscard]] virtual std::vector<std::shared_ptr<const rtk::Corrections>> take_corrections() { return {}; }
-  /// The restart that the other end requested since the last call. The caller restarts the receiver.
-  [[nodiscard]] std::optional<disturbance::RestartKind> take_restart() { return std::exchange(restart_, {}); }
-
- protected:
-  /// Records a reader's commands. @param first the reader's first command, if in these bytes
-  template <typename Commands>
-  void note(Commands& commands, bool first) {
-    if (first) first_command_ = commands.first();
-    if (const auto baud = commands.take_baud()) baud_ = baud;
-    if (const auto restart = commands.take_restart()) restart_ = restart;
-  }
-
- private:
-  std::string first_command_;
-  std::optional<int> baud_;
-  std::optional<disturbance::RestartKind> restart_;
+  /// The part for links that receive bytes, owned by the encoder; null: the format has no commands.
+  [[nodiscard]] virtual Device* device() { return nullptr; }
 };
 
 /// An output format of epochs; docs/outputs.md describes each. List: canyon/simulation/scenario/outputs.def.

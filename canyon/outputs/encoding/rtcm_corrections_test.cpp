@@ -79,12 +79,12 @@ TEST(RtcmCorrections, GoOutOverAUbxLine) {
   const geodesy::GpsTime begin = test::sample_time();
   simulation::Epoch epoch = test::sample_signal_epoch(begin, begin - 100);
   ReceiverDescription description{.name = "base", .systems = {gnss::System::GPS}, .begin = begin};
-  const auto types = [&](Encoder& device, int epochs) {
+  const auto types = [&](Encoder& encoder, int epochs) {
     std::map<int, std::uint64_t> counts;
     canyon::rtcm::CorrectionsDecoder decoder;
     for (int k = 0; k < epochs; ++k) {
       epoch = test::sample_signal_epoch(begin + k, begin - 100);
-      (void)decoder.feed(device.encode(epoch), begin + k);
+      (void)decoder.feed(encoder.encode(epoch), begin + k);
     }
     EXPECT_EQ(decoder.status().checksum_errors, 0U);
     for (const auto& [type, count] : decoder.status().messages) counts[type] = count;
@@ -93,11 +93,11 @@ TEST(RtcmCorrections, GoOutOverAUbxLine) {
   using Counts = std::map<int, std::uint64_t>;
   const auto moving = format_named("ubx").make(description);
   // 1005 at each second epoch, 1074, 1077 and 1230 at each, on UART1.
-  (void)moving->receive(
+  (void)moving->device()->receive(
       0, ubx::frame(0x068A,
                     test::values(1, {{0x209102be, 2}, {0x2091035f, 1}, {0x209102cd, 1}, {0x20910304, 1}})));
   EXPECT_EQ(types(*moving, 4), Counts{}) << "CFG-UART1OUTPROT-RTCM3X is off";
-  (void)moving->receive(0, ubx::frame(0x068A, test::values(1, {{0x10740004, 1}})));
+  (void)moving->device()->receive(0, ubx::frame(0x068A, test::values(1, {{0x10740004, 1}})));
   EXPECT_EQ(types(*moving, 4), (Counts{{1074, 4}, {1077, 4}})) << "no place is known, no phases of GLONASS";
 
   description.station_ecef = epoch.truth_ecef;
@@ -105,19 +105,19 @@ TEST(RtcmCorrections, GoOutOverAUbxLine) {
   description.signal.enabled = true;
   description.tracks = {"L1CA", "G1"};
   const auto base = format_named("ubx").make(description);
-  (void)base->receive(
+  (void)base->device()->receive(
       0, ubx::frame(0x068A,
                     test::values(1, {{0x10740004, 1}, {0x209102be, 2}, {0x209102cd, 1}, {0x20910304, 1}})));
   EXPECT_EQ(types(*base, 4), (Counts{{1005, 2}, {1077, 4}, {1230, 4}}));
 
   // CFG-TMODE sets another position: 47.123456789 deg, 8.5 deg, 400.1234 m.
-  (void)base->receive(0, ubx::frame(0x068A, test::values(1, {{0x20030001, 2},
-                                                             {0x20030002, 1},
-                                                             {0x40030009, 471234567},
-                                                             {0x2003000c, 89},
-                                                             {0x4003000a, 85000000},
-                                                             {0x4003000b, 40012},
-                                                             {0x2003000e, 34}})));
+  (void)base->device()->receive(0, ubx::frame(0x068A, test::values(1, {{0x20030001, 2},
+                                                                       {0x20030002, 1},
+                                                                       {0x40030009, 471234567},
+                                                                       {0x2003000c, 89},
+                                                                       {0x4003000a, 85000000},
+                                                                       {0x4003000b, 40012},
+                                                                       {0x2003000e, 34}})));
   canyon::rtcm::CorrectionsDecoder decoder;
   std::shared_ptr<const rtk::Corrections> last;
   for (int k = 4; k < 6; ++k) {
@@ -138,7 +138,8 @@ TEST(RtcmCorrections, ComeOverAUbxLine) {
   ReceiverDescription description{.name = "base", .systems = {gnss::System::GPS}, .begin = begin};
   description.station_ecef = epoch.truth_ecef;
   const std::string bytes = format_named("rtcm").make(description)->encode(epoch);
-  const auto device = format_named("ubx").make({.name = "rover", .begin = begin});
+  const auto encoder = format_named("ubx").make({.name = "rover", .begin = begin});
+  Device* const device = encoder->device();
   // CFG-VALSET, RAM: CFG-MSGOUT-UBX_RXM_RTCM_UART1 (0x20910269) and USB (0x2091026b) of each message.
   std::string settings("\x00\x01\x00\x00", 4);
   for (const char port : {'\x68', '\x69', '\x6a', '\x6b', '\x6c'})
@@ -147,7 +148,7 @@ TEST(RtcmCorrections, ComeOverAUbxLine) {
   for (const char port : {'\xb6', '\xb7', '\xb8', '\xb9', '\xba'})
     settings += std::string{port, 6, '\x91', 0x20, 1};
   (void)device->receive(0, ubx::frame(0x068A, settings));
-  (void)device->encode(epoch);
+  (void)encoder->encode(epoch);
   std::string logged = device->receive(0, bytes.substr(0, 40));
   logged += device->receive(0, bytes.substr(40));
   const auto came = device->take_corrections();

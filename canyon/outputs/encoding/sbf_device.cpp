@@ -1,3 +1,4 @@
+#include "canyon/outputs/encoding/device.hpp"
 #include "canyon/outputs/encoding/encoder.hpp"
 #include "canyon/outputs/encoding/observations/raw_observations.hpp"
 #include "canyon/outputs/encoding/sbf/block.hpp"
@@ -7,7 +8,7 @@ namespace canyon::encoding {
 namespace {
 
 /// A Septentrio receiver at the other end of a line: its responses and the blocks of each epoch.
-class SbfDevice final : public Encoder {
+class SbfDevice final : public Encoder, public Device {
  public:
   explicit SbfDevice(const ReceiverDescription& receiver)
       : epochs_(receiver.glonass_channels, receiver.begin, Tags::WholeMilliseconds) {}
@@ -18,6 +19,7 @@ class SbfDevice final : public Encoder {
     messages_ = epochs_.received_messages(epoch);
     return blocks(all_);
   }
+  Device* device() override { return this; }
   std::optional<std::string> encode_for_reader(std::uint64_t reader) override {
     sbf::SbfCommands* const own = own_.find(reader);
     if (own == nullptr || own->first().empty()) return std::nullopt;

@@ -12,6 +12,8 @@
 #include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/read.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/outputs/encoding/device.hpp"
+#include "canyon/paths/disturbance/faults/receiver_faults.hpp"
 #include "canyon/simulation/motion/nmea_fixes.hpp"
 #include "canyon/simulation/motion/recorded_path.hpp"
 #include "canyon/simulation/receiver_runner.hpp"
@@ -66,10 +68,12 @@ EncodedStream::EncodedStream(std::unique_ptr<Encoder> encoder, std::shared_ptr<t
   if (const std::string first = encoder_->begin(); !first.empty()) link_->transport().begin(first);
   listener_ = link_->listen([this](const transport::Received& received) {
     if (stations_) stations_->receive(received.reader, received.bytes);
-    const std::string response = encoder_->receive(received.reader, received.bytes);
+    Device* const device = encoder_->device();
+    if (device == nullptr) return;
+    const std::string response = device->receive(received.reader, received.bytes);
     if (!response.empty()) link_->transport().send_to(received.reader, response);
-    if (const auto baud = encoder_->take_baud()) link_->transport().set_baud(*baud);
-    if (const std::string command = encoder_->take_setup_command(); !command.empty())
+    if (const auto baud = device->take_baud()) link_->transport().set_baud(*baud);
+    if (const std::string command = device->take_setup_command(); !command.empty())
       link_->note(received.reader == 0
                       ? fmt::format("the other end configured its output: {}", command)
                       : fmt::format("client {} configured its own output: {}", received.reader, command));
@@ -128,8 +132,13 @@ std::vector<EncodedStream::Waiting> EncodedStream::encode(const simulation::Epoc
   std::vector<Waiting> pieces;
   std::string all = stations_ ? std::string() : encoder_->encode(epoch);
   std::vector<std::uint64_t> others;
+  Device* const device = encoder_->device();
   for (const std::uint64_t reader : link_->transport().readers()) {
-    auto own = stations_ ? stations_->encode(reader, epoch) : encoder_->encode_for_reader(reader);
+    std::optional<std::string> own;
+    if (stations_)
+      own = stations_->encode(reader, epoch);
+    else if (device != nullptr)
+      own = device->encode_for_reader(reader);
     if (own) pieces.push_back({{}, std::move(*own), {reader}});
     if (!own) others.push_back(reader);
   }
@@ -257,9 +266,10 @@ std::unique_ptr<EncodedStream> open_stream(const StreamRequest& request, std::si
 }
 
 std::string apply_commands(EncodedStream& stream, simulation::ReceiverRunner& receiver) {
-  if (auto came = stream.encoder().take_corrections(); !came.empty())
-    receiver.set_corrections(std::move(came.back()));
-  const auto kind = stream.encoder().take_restart();
+  Device* const device = stream.device();
+  if (device == nullptr) return {};
+  if (auto came = device->take_corrections(); !came.empty()) receiver.set_corrections(std::move(came.back()));
+  const auto kind = device->take_restart();
   if (!kind) return {};
   try {
     return fmt::format("{} start, requested over its line: fault '{}'", disturbance::name(*kind),

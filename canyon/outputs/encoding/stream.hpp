@@ -87,7 +87,8 @@ class EncodedStream final : public simulation::EpochSink {
   [[nodiscard]] std::optional<Clock::time_point> next_due() const;
   [[nodiscard]] std::vector<std::string> take_notes() { return link_->take_notes(); }
   [[nodiscard]] std::size_t receiver() const { return receiver_; }
-  [[nodiscard]] Encoder& encoder() { return *encoder_; }
+  /// The receiver at the other end of the link, with commands; null: the format has none.
+  [[nodiscard]] Device* device() { return encoder_->device(); }
 
  private:
   struct Waiting {

@@ -7,6 +7,7 @@
 #include <chrono>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/outputs/encoding/device.hpp"
 #include "canyon/outputs/encoding/nmea.hpp"
 #include "tests/support/free_port.hpp"
 #include "tests/support/local_connection.hpp"
@@ -123,12 +124,15 @@ TEST(Stream, RefusesVirtualStationsThatNobodyCanPlace) {
   EXPECT_THAT(problem("rtcm=file:a?virtual_station=true"), HasSubstr("no client can report"));
 }
 
-/// Returns the received bytes, and requests a baud rate.
-class Echo final : public Encoder {
+/// Returns the received bytes.
+class Echo final : public Encoder, public Device {
   std::string encode(const simulation::Epoch&) override { return "e"; }
+  Device* device() override { return this; }
   std::string receive(std::uint64_t, std::string_view bytes) override {
     return "<" + std::string(bytes) + ">";
   }
+  std::optional<std::string> encode_for_reader(std::uint64_t) override { return {}; }
+  std::vector<std::shared_ptr<const rtk::Corrections>> take_corrections() override { return {}; }
 };
 
 /// Stores its input.

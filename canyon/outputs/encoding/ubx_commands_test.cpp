@@ -247,9 +247,11 @@ TEST(UbxDevice, AsksTheReceiverToRestart) {
   using disturbance::RestartKind;
   const auto encoder = encode_ubx(ReceiverDescription{"rover"});
   const auto requested = [&](std::uint64_t forgotten, std::uint64_t mode) {
-    EXPECT_EQ(encoder->receive(0, ubx::frame(0x0604, Payload().u2(forgotten).u1(mode).u1(0).bytes())), "");
-    const auto kind = encoder->take_restart();
-    EXPECT_FALSE(encoder->take_restart()) << "told once";
+    EXPECT_EQ(
+        encoder->device()->receive(0, ubx::frame(0x0604, Payload().u2(forgotten).u1(mode).u1(0).bytes())),
+        "");
+    const auto kind = encoder->device()->take_restart();
+    EXPECT_FALSE(encoder->device()->take_restart()) << "told once";
     return kind;
   };
   EXPECT_EQ(requested(0, 0), RestartKind::Hot);
@@ -288,18 +290,19 @@ TEST(UbxDevice, NeverComesFasterThanItsEpochs) {
 
 TEST(UbxDevice, SpeaksNmeaWhereItIsAsked) {
   ReceiverDescription receiver{"rover"};
-  const auto device = encode_ubx(receiver);
-  (void)device->receive(0, ubx::frame(0x0601, Payload().u1(0xF0).u1(0).u1(1).bytes()) +
-                               ubx::frame(0x068A, values(1, {{ubx::kOutputUbx, 0}})));
-  const std::string text = device->encode(ubx_epoch());
+  const auto encoder = encode_ubx(receiver);
+  (void)encoder->device()->receive(0, ubx::frame(0x0601, Payload().u1(0xF0).u1(0).u1(1).bytes()) +
+                                          ubx::frame(0x068A, values(1, {{ubx::kOutputUbx, 0}})));
+  const std::string text = encoder->encode(ubx_epoch());
   EXPECT_THAT(text, testing::StartsWith("$GNGGA,125803.125,"));
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1);
 }
 
 // A receiver's settings belong to a port (UBX-22008968, 6.9.14), and each connection is one.
 TEST(UbxDevice, AConnectionSetsWhatItAloneGets) {
-  const auto device = encode_ubx({"rover"});
-  const std::string before = device->encode(ubx_epoch());
+  const auto encoder = encode_ubx({"rover"});
+  auto* const device = encoder->device();
+  const std::string before = encoder->encode(ubx_epoch());
   (void)device->receive(1, ubx::frame(0x0601, Payload().u1(1).u1(7).bytes()));
   EXPECT_FALSE(device->encode_for_reader(1)) << "a poll sets nothing";
   EXPECT_EQ(device->take_setup_command(), "");
@@ -310,7 +313,7 @@ TEST(UbxDevice, AConnectionSetsWhatItAloneGets) {
   (void)device->receive(2, ubx::frame(0x0601, Payload().u1(1).u1(7).u1(0).bytes()));
   simulation::Epoch later = ubx_epoch();
   later.observed.time = later.observed.time + 1;
-  const auto all = test::split_frames(device->encode(later));
+  const auto all = test::split_frames(encoder->encode(later));
   EXPECT_THAT(ids(all), testing::Contains(MessageId{0x0107})) << "for those who set nothing";
   EXPECT_EQ(device->encode_for_reader(1), "");
   const auto second = device->encode_for_reader(2);
@@ -321,7 +324,8 @@ TEST(UbxDevice, AConnectionSetsWhatItAloneGets) {
 }
 
 TEST(UbxDevice, TellsItsReadersApart) {
-  const auto device = encode_ubx({"rover"});
+  const auto encoder = encode_ubx({"rover"});
+  auto* const device = encoder->device();
   const std::string poll = ubx::frame(0x0A04, "");
   for (std::uint64_t reader = 0; reader < 1000; ++reader)
     EXPECT_EQ(device->receive(reader, poll.substr(0, 5)), "");

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "canyon/base/text.hpp"
+#include "canyon/outputs/encoding/device.hpp"
 #include "canyon/outputs/encoding/encoder.hpp"
 #include "canyon/outputs/encoding/nmea.hpp"
 #include "canyon/outputs/encoding/observations/raw_observations.hpp"
@@ -19,7 +20,7 @@ using geodesy::GpsTime;
 constexpr std::int64_t kMillisecond = 1'000'000;
 
 /// A receiver at the other end of a line: configuration, responses, and the messages of each epoch.
-class UbxDevice final : public Encoder, private ubx::Outputs {
+class UbxDevice final : public Encoder, public Device, private ubx::Outputs {
  public:
   explicit UbxDevice(const ReceiverDescription& receiver)
       : epochs_(receiver.glonass_channels, receiver.begin, Tags::ClockReading),
@@ -47,6 +48,7 @@ class UbxDevice final : public Encoder, private ubx::Outputs {
     samples_.reset();
     return encode(all_);
   }
+  Device* device() override { return this; }
   std::optional<std::string> encode_for_reader(std::uint64_t reader) override {
     Port* const own = ports_.find(reader);
     if (own == nullptr || own->commands.first().empty()) return std::nullopt;
