@@ -61,6 +61,15 @@ class Link {
   bool serving_ = false;
 };
 
+/// Links by address, each opened once.
+using Links = std::map<std::string, std::shared_ptr<Link>>;
+/// Throws as Link() does.
+[[nodiscard]] inline std::shared_ptr<Link> link_of(Links& links, const std::string& address) {
+  std::shared_ptr<Link>& link = links[address];
+  if (!link) link = std::make_shared<Link>(address);
+  return link;
+}
+
 /// Keeps a value for each sender (Received::reader), at most kMax; then removes the least recently used.
 template <typename StoredEpoch>
 class Readers {

@@ -50,6 +50,7 @@ enum class BodyAxes : std::uint8_t { FLU, FRD };
 struct PoseSourceOptions {
   /// "trajectory": the scenario's own; "file:PATH": a log; else an address on which to listen.
   std::string from = "trajectory";
+  [[nodiscard]] bool is_trajectory() const { return from == "trajectory"; }
   PoseFormat format = PoseFormat::Json;
   std::string id;  ///< the vehicle's, if several send; empty: any sender. MAVLink: the system's number
   std::vector<std::string> receivers;  ///< on this vehicle; empty: all that no other source lists
