@@ -28,6 +28,7 @@
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/receiver_group.hpp"
 #include "canyon/simulation/receiver_runner.hpp"
+#include "canyon/simulation/samples/correlation_record.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"

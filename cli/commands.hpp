@@ -45,7 +45,6 @@ void add_faults(Command& app);
 void add_validate(Command& app);
 void add_calibrate(Command& app);
 void add_heatmap(Command& app);
-void add_correlation(Command& app);
 void add_iq(Command& app);
 void add_heatmap_query(Command& heatmap);
 void add_rtk(Command& app);

@@ -60,7 +60,6 @@ int run_program(int argc, char** argv) {
   add_calibrate(program);
   add_heatmap(program);
   add_iq(program);
-  add_correlation(program);
   add_rtk(program);
   add_study(program);
   add_bench(program);

@@ -164,7 +164,7 @@ def small(canyon, arguments):
 
     command = arguments[0] if arguments else ""
     scenario = any(word.endswith(".yaml") for word in arguments[1:2])
-    if command in ("simulate", "iq", "correlation") or (command == "view" and scenario):
+    if command in ("simulate", "iq") or (command == "view" and scenario):
         given("--duration", "0.5" if command == "iq" else "20")
     if command == "heatmap" and arguments[1] != "query":
         given("--spacing", "96" if "rtk" in " ".join(arguments) else "24")

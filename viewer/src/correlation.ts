@@ -1,5 +1,5 @@
 // The correlation function of a satellite at a receiver: the sum of the correlation functions of its paths, each with its excess delay,
-// strength and phase, as drawn over time by `canyon correlation`.
+// strength and phase, as Python's `canyon.correlation()` computes it over time.
 
 import type { Code } from './format';
 import type { SatelliteRow } from './store';

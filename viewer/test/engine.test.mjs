@@ -3,9 +3,10 @@
 import Ajv from 'ajv';
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
+import { existsSync } from 'node:fs';
 import { mkdtemp, readFile, rm, stat, writeFile } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
-import { join } from 'node:path';
+import { dirname, join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { kPatience, Session, withoutChromium } from './browser.mjs';
 import { csv, program, root, withoutProgram } from './program.mjs';
@@ -110,11 +111,13 @@ test('every satellite has the numbers of satellites.csv', { skip }, async () => 
   });
 });
 
-test('correlation functions are those of canyon correlation', { skip }, async () => {
+const correlationProgram = join(dirname(program), 'correlation_csv');
+const withoutCorrelation = existsSync(correlationProgram) ? false : `SKIPPED: no ${correlationProgram} (build with CANYON_BUILD_TESTS=ON)`;
+test('correlation functions are those of the library', { skip: skip || withoutCorrelation }, async () => {
   const file = join(folder, 'correlation.csv');
   const satellite = satellites.find((r) => r.visibility === 'LOS+multipath' && r.sat.startsWith('G')).sat;
-  execFileSync(program, ['correlation', join(folder, 'drive.yaml'), '--satellite', satellite, '--duration', seconds, '--out', file, '--quiet'],
-    { stdio: 'inherit', timeout: kPatience });
+  await writeFile(file, execFileSync(correlationProgram, [join(folder, 'drive.yaml'), '--satellite', satellite, '--duration', seconds],
+    { stdio: ['ignore', 'pipe', 'inherit'], timeout: kPatience, maxBuffer: 1e8 }));
   const instants = new Map();
   for (const row of await csv(file)) {
     if (!instants.has(row.time_s)) instants.set(row.time_s, []);

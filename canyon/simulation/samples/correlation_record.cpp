@@ -87,11 +87,10 @@ void CorrelationRecord::write(const simulation::Epoch& epoch) {
   signal::path_amplitudes(*view, gnss::carrier_hz(*signal_, view->line.state.carrier_frequency_hz),
                           of.signal.antenna, of.signal.strength, amplitudes);
   for (std::size_t i = 0; i < amplitudes.size(); ++i) {
-    const propagation::Path& path = view->paths.paths[i];
-    instant.paths.push_back({path.kind, path.excess_m, std::abs(amplitudes[i])});
+    const double excess_m = view->paths.paths[i].excess_m;
     for (std::size_t k = 0; k < series_.delays_m.size(); ++k) {
       instant.values[k] +=
-          amplitudes[i] * correlation_.value((series_.delays_m[k] - path.excess_m) / correlation_.chip_m());
+          amplitudes[i] * correlation_.value((series_.delays_m[k] - excess_m) / correlation_.chip_m());
     }
   }
 }

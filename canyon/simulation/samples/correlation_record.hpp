@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "canyon/paths/propagation/paths.hpp"
 #include "canyon/receiver/tracking/correlation.hpp"
 #include "canyon/simulation/epoch.hpp"
 #include "canyon/simulation/simulator.hpp"
@@ -17,15 +16,11 @@ namespace canyon::samples {
 /// Correlation of one satellite's signal in a channel over a run: the sum over its paths of amplitude times
 /// the correlation function of the signal, delayed by the path's excess length.
 struct CorrelationSeries {
-  struct Arrived {
-    propagation::PathKind kind = propagation::PathKind::Direct;
-    double excess_m = 0;
-    double amplitude = 0;  ///< relative to a clear line of sight at an antenna without a pattern
-  };
   struct Instant {
-    double time_s = 0;                         ///< from the run's beginning
-    std::vector<std::complex<double>> values;  ///< at each of delays_m; 0 if nothing arrives
-    std::vector<Arrived> paths;
+    double time_s = 0;  ///< from the run's beginning
+    /// At each of delays_m, relative to a clear line of sight at an antenna without a pattern; 0 if nothing
+    /// arrives.
+    std::vector<std::complex<double>> values;
     /// The receiver's measured excess delay [m]; NaN if it does not track the satellite.
     double measured_m = std::numeric_limits<double>::quiet_NaN();
   };
@@ -54,7 +49,6 @@ class CorrelationRecord final : public simulation::EpochSink {
   void finish() override {}
 
   [[nodiscard]] const CorrelationSeries& series() const { return series_; }
-  [[nodiscard]] const tracking::Correlation& correlation() const { return correlation_; }
 
  private:
   const simulation::Simulation* simulation_;

@@ -5,8 +5,6 @@
 #include <filesystem>
 #include <memory>
 
-#include "canyon/outputs/drawing/canvas.hpp"
-#include "canyon/simulation/samples/correlation_record.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 namespace canyon::drawing {
@@ -26,11 +24,5 @@ namespace canyon::drawing {
                                                                    const std::filesystem::path& folder,
                                                                    std::size_t receiver,
                                                                    const std::atomic<bool>* stop = nullptr);
-
-/// Two panels: the magnitude of the correlation over time and delay, with the measured excess path as a line;
-/// and the sum and each path alone at the instant of the largest measured excess path (if none, the middle).
-/// @param shape used to compute the series. For a series without an instant the picture has only a notice.
-[[nodiscard]] Picture draw_correlation(const samples::CorrelationSeries& series,
-                                       const tracking::Correlation& shape);
 
 }  // namespace canyon::drawing
