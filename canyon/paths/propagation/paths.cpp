@@ -88,6 +88,10 @@ bool Body::holds(const Eigen::Vector3d& point, double margin_m) const {
          (grounded || point.z() > bottom_m - margin_m);
 }
 
+double SatelliteView::direction_rate_radps() const {
+  return line.direction_ecef.cross(line.velocity_at_reception_mps).norm() / line.range_m;
+}
+
 Body body_of(const raytrace::PosedInstance& instance) {
   const Eigen::Matrix3d rotation = instance.enu_from_instance.linear();
   const Eigen::Vector3d centre = instance.enu_from_instance * instance.bounds.center();

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -253,9 +252,7 @@ struct SatelliteView {
   std::optional<sky::RangeErrors> space{};
 
   /// Angular rate of the satellite's direction in Earth-fixed axes [rad/s].
-  [[nodiscard]] double direction_rate_radps() const {
-    return line.direction_ecef.cross(line.velocity_at_reception_mps).norm() / line.range_m;
-  }
+  [[nodiscard]] double direction_rate_radps() const;
 };
 
 /// Everything that arrives at an antenna at one instant.

@@ -88,6 +88,10 @@ std::optional<RigidPose> proper_pose(const RigidPose& pose) {
   return proper;
 }
 
+Eigen::Matrix3d WorldFrame::enu_from_world() const {
+  return Eigen::AngleAxisd(heading_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+}
+
 bool operator==(const WorldFrame& a, const WorldFrame& b) {
   const geodesy::Geodetic &at = a.enu.origin(), &other = b.enu.origin();
   return at.latitude_rad == other.latitude_rad && at.longitude_rad == other.longitude_rad &&

@@ -72,9 +72,7 @@ struct WorldFrame {
   Eigen::Vector3d origin_enu_m = Eigen::Vector3d::Zero();
 
   /// Rotation about the vertical.
-  [[nodiscard]] Eigen::Matrix3d enu_from_world() const {
-    return Eigen::AngleAxisd(heading_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  }
+  [[nodiscard]] Eigen::Matrix3d enu_from_world() const;
   friend bool operator==(const WorldFrame& a, const WorldFrame& b);
 };
 
