@@ -16,6 +16,7 @@
 #include "canyon/outputs/encoding/sinks.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "cli/commands.hpp"
 #include "cli/program.hpp"
 #include "cli/progress.hpp"

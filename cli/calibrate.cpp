@@ -13,6 +13,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/recorded_drive.hpp"

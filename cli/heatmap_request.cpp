@@ -12,6 +12,7 @@
 #include "canyon/base/named.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "cli/city_commands.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"

@@ -7,6 +7,7 @@
 #include "canyon/base/transport/byte_sink.hpp"
 #include "canyon/simulation/samples/sample_file.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/scenario_run.hpp"

@@ -10,6 +10,7 @@
 #include "canyon/outputs/live/session.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/scenario_run.hpp"

@@ -23,6 +23,7 @@
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/motion/recorded_path.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "canyon/sky/orbit/precise_sky.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"

@@ -10,10 +10,12 @@
 #include "canyon/analysis/validation/recorded_scene.hpp"
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/output_file.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/georeference.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/field_option.hpp"
 

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 

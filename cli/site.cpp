@@ -7,6 +7,10 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/scenario_run.hpp"
 

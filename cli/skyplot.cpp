@@ -10,6 +10,8 @@
 #include "canyon/base/text.hpp"
 #include "canyon/outputs/drawing/views/skyplot.hpp"
 #include "canyon/outputs/encoding/number.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "cli/commands.hpp"

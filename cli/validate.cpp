@@ -16,6 +16,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/unknowns/unknowns.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"

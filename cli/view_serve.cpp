@@ -16,6 +16,7 @@
 #include "canyon/outputs/view/live_relay.hpp"
 #include "canyon/outputs/view/page.hpp"
 #include "canyon/outputs/view/probe.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "cli/commands.hpp"
 #include "cli/progress.hpp"
 

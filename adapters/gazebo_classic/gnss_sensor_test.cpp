@@ -13,6 +13,7 @@
 #include "adapters/gazebo_classic/testing/street_world.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/receiver_runner.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/append_box.hpp"
 
 namespace canyon::adapters::gazebo_classic {

@@ -32,6 +32,7 @@
 #endif
 #include "canyon/base/input_error.hpp"
 #include "canyon/outputs/live/hosted_receiver.hpp"
+#include "canyon/receiver/receiver.hpp"
 
 namespace canyon::adapters::gz_sim {
 namespace {

@@ -7,7 +7,9 @@
 #include "adapters/ros2/node_truth.hpp"
 #include "adapters/ros2/rtcm_topic.hpp"
 #include "adapters/ros2/testing/rtcm_base.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::adapters::ros2 {

@@ -17,6 +17,8 @@
 #include "canyon/base/text_file.hpp"
 #include "canyon/outputs/live/epoch_publisher.hpp"
 #include "canyon/receiver/rtk/correction_link.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::adapters::ros2 {
 namespace {

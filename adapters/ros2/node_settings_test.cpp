@@ -8,6 +8,7 @@
 
 #include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/documented.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"

@@ -3,6 +3,8 @@
 #include <chrono>
 #include <utility>
 
+#include "canyon/simulation/environment.hpp"
+
 namespace canyon::adapters::ros2 {
 namespace {
 

@@ -24,8 +24,10 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/input_files.hpp"
 #include "canyon/outputs/encoding/encoder.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/epoch_schedule.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::adapters::ros2 {
 namespace {

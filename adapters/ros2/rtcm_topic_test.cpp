@@ -8,6 +8,7 @@
 #include <random>
 
 #include "adapters/ros2/testing/rtcm_base.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 #include "tests/support/refusal.hpp"
 
 namespace canyon::adapters::ros2 {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "canyon/base/geodesy/frames.hpp"
+#include "canyon/receiver/receiver.hpp"
 
 namespace canyon::receiver {
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "canyon/receiver/corrections.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 
 namespace canyon::simulation {
 

@@ -1,10 +1,12 @@
 #include "canyon/simulation/environment.hpp"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
 
 namespace canyon::simulation {
 
@@ -20,6 +22,24 @@ std::shared_ptr<T> checked(std::shared_ptr<T> part, const char* what) {
 }
 
 }  // namespace
+
+CityScene::CityScene(city::City c)
+    : city(std::move(c)), scene(std::shared_ptr<const city::Mesh>(std::shared_ptr<void>(), &city.mesh)) {}
+
+CityScene::~CityScene() = default;
+
+propagation::Propagator CityScene::propagator(const propagation::PropagationOptions& options) {
+  const std::lock_guard lock(mutex_);
+  const auto equal = [&](const propagation::Propagator& each) { return each.options() == options; };
+  std::erase_if(propagators_, [&](const auto& each) { return !each.is_shared() && !equal(each); });
+  const auto found = std::find_if(propagators_.begin(), propagators_.end(), equal);
+  return found != propagators_.end() ? *found
+                                     : propagators_.emplace_back(city.mesh, scene, options, city.seed);
+}
+
+propagation::Propagator Environment::make_propagator(const propagation::PropagationOptions& options) const {
+  return city_scene_->propagator(options);
+}
 
 Environment::Environment(city::City city, std::shared_ptr<const orbit::Sky> sky,
                          std::map<gnss::System, gnss::Klobuchar> klobuchar)

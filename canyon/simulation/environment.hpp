@@ -1,43 +1,38 @@
 #pragma once
 
-#include <algorithm>
 #include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "canyon/city/city.hpp"
 #include "canyon/city/raytrace/ray_scene.hpp"
 #include "canyon/paths/propagation/paths.hpp"
-#include "canyon/paths/propagation/propagator.hpp"
 #include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/orbit/sky.hpp"
 #include "canyon/sky/range_errors.hpp"
+
+namespace canyon::propagation {
+class Propagator;
+struct PropagationOptions;
+}  // namespace canyon::propagation
 
 namespace canyon::simulation {
 
 /// A city and the rays through it. Hosts that move objects hold one and share it between environments.
 struct CityScene {
   /// The scene refers to its mesh: neither can be moved in memory.
-  explicit CityScene(city::City c)
-      : city(std::move(c)), scene(std::shared_ptr<const city::Mesh>(std::shared_ptr<void>(), &city.mesh)) {}
+  explicit CityScene(city::City c);
+  ~CityScene();
   CityScene(const CityScene&) = delete;
   CityScene& operator=(const CityScene&) = delete;
 
   /// Propagators of equal options share their memory, which is large. Unused propagators are kept until the
   /// next call. Thread-safe.
-  [[nodiscard]] propagation::Propagator propagator(const propagation::PropagationOptions& options) {
-    const std::lock_guard lock(mutex_);
-    const auto equal = [&](const propagation::Propagator& each) { return each.options() == options; };
-    std::erase_if(propagators_, [&](const auto& each) { return !each.is_shared() && !equal(each); });
-    const auto found = std::find_if(propagators_.begin(), propagators_.end(), equal);
-    return found != propagators_.end() ? *found
-                                       : propagators_.emplace_back(city.mesh, scene, options, city.seed);
-  }
+  [[nodiscard]] propagation::Propagator propagator(const propagation::PropagationOptions& options);
 
   city::City city;
   raytrace::RayScene scene;
@@ -100,9 +95,7 @@ class Environment {
 
   /// A thread-safe propagator over this city; the environment must outlive it. Equal options share memory.
   [[nodiscard]] propagation::Propagator make_propagator(
-      const propagation::PropagationOptions& options) const {
-    return city_scene_->propagator(options);
-  }
+      const propagation::PropagationOptions& options) const;
 
   /// make_arrival() of all satellites for an antenna in the city's ENU frame: with errors, without paths.
   [[nodiscard]] propagation::Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu) const;

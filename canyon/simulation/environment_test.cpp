@@ -8,6 +8,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
 #include "canyon/sky/orbit/broadcast_sky.hpp"
 #include "canyon/sky/orbit/nominal_constellation.hpp"
 #include "canyon/sky/orbit/sky.hpp"

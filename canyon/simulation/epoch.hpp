@@ -7,10 +7,14 @@
 #include <vector>
 
 #include "canyon/city/raytrace/ray_scene.hpp"
-#include "canyon/receiver/receiver.hpp"
-#include "canyon/simulation/motion/trajectory.hpp"
+#include "canyon/receiver/observation.hpp"
+#include "canyon/simulation/motion/pose.hpp"
 #include "canyon/simulation/scenario/fwd.hpp"
 #include "canyon/sky/gnss/navigation_data.hpp"
+
+namespace canyon::receiver {
+struct ReceiverOptions;
+}
 
 namespace canyon::simulation {
 

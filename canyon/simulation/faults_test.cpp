@@ -15,6 +15,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/receiver_runner.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/simulation_support.hpp"
 
 namespace canyon::simulation::faults_test {

@@ -10,6 +10,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "tests/support/refusal.hpp"

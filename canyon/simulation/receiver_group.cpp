@@ -5,6 +5,8 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::simulation {
 

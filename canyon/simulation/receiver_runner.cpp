@@ -10,12 +10,15 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/paths/disturbance/disturbance.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
 #include "canyon/receiver/fix_faults.hpp"
+#include "canyon/receiver/receiver.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/motion/antenna_pose.hpp"
 #include "canyon/simulation/receiver_surroundings.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/sensor_run.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "canyon/simulation/trace_points.hpp"
 
 namespace canyon::simulation {

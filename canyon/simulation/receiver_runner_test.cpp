@@ -12,6 +12,8 @@
 #include "canyon/base/options/describe.hpp"
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "tests/support/append_box.hpp"
 #include "tests/support/simulation_support.hpp"
 

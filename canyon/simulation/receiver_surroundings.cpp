@@ -8,6 +8,7 @@
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 
 namespace canyon::simulation {
 namespace {

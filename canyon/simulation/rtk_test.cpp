@@ -9,6 +9,7 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/receiver_runner.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "tests/support/simulation_support.hpp"
 

@@ -10,7 +10,9 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/motion/antenna_pose.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::simulation {

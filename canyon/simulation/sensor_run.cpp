@@ -11,6 +11,7 @@
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/geodesy/magnetic_field.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/receiver/receiver.hpp"
 #include "canyon/simulation/motion/antenna_pose.hpp"
 #include "canyon/simulation/motion/smooth_motion.hpp"
 

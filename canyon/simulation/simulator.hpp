@@ -9,6 +9,7 @@
 #include "canyon/city/fwd.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/epoch.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario/fwd.hpp"
 #include "canyon/simulation/sky_builder.hpp"
 

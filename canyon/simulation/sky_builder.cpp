@@ -8,6 +8,7 @@
 
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/sky/orbit/broadcast_sky.hpp"
 #include "canyon/sky/orbit/cached_sky.hpp"

@@ -14,6 +14,8 @@
 #include "canyon/city/synthetic_city.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/receiver_runner.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "tests/support/append_box.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/simulation_support.hpp"

@@ -10,6 +10,8 @@
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/epoch_schedule.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/simulation/sky_builder.hpp"

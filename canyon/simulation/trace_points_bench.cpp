@@ -7,8 +7,10 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/receiver_runner.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 // The reference for the time of Python's calls: python/tests/overhead.py makes the same calls.
 

@@ -8,6 +8,7 @@
 #include "canyon/base/output_file.hpp"
 #include "canyon/outputs/encoding/columns.hpp"
 #include "canyon/outputs/encoding/epoch_values.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "python/src/settings.hpp"
 
 namespace canyon::python {

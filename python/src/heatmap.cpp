@@ -14,6 +14,7 @@
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/run_plan.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "canyon/simulation/sky_builder.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/settings.hpp"

@@ -6,6 +6,7 @@
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/receiver_group.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/epochs.hpp"
 #include "python/src/models.hpp"

@@ -9,7 +9,9 @@
 #include "canyon/analysis/validation/metrics_text.hpp"
 #include "canyon/analysis/validation/recorded_scene.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/settings.hpp"
 

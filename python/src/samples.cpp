@@ -5,6 +5,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/simulation/samples/sample_file.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/stream.hpp"
 

@@ -13,6 +13,7 @@
 #include "canyon/outputs/encoding/encoder.hpp"
 #include "canyon/paths/disturbance/faults/fault.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::python {
 namespace {

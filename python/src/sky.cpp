@@ -1,3 +1,4 @@
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/sky/gnss/satellite_id.hpp"
 #include "python/src/binding.hpp"
 #include "python/src/settings.hpp"

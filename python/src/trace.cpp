@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/trace_points.hpp"
 #include "python/src/binding.hpp"

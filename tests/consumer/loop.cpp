@@ -2,6 +2,8 @@
 #include <fstream>
 #include <iostream>
 
+#include "canyon/simulation/environment.hpp"
+
 int main() {
   using namespace canyon;
   const auto config =

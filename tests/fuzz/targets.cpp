@@ -45,6 +45,7 @@
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "canyon/sky/orbit/precise_sky.hpp"
 #include "canyon/sky/rinex/android_log.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"

@@ -18,6 +18,7 @@
 #include "canyon/city/mesh_export.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/sky/orbit/sky.hpp"
 #include "tests/support/shared_data.hpp"

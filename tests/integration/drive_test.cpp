@@ -9,6 +9,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/loaded_city.hpp"
 #include "tests/support/shared_data.hpp"

@@ -24,6 +24,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "canyon/sky/gnss/navigation_data.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
 #include "canyon/sky/rinex/navigation_writer.hpp"

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "canyon/base/geodesy/constants.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "tests/integration/run_scenario.hpp"
 
 namespace canyon {

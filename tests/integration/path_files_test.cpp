@@ -12,6 +12,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "tests/integration/run_scenario.hpp"
 
 namespace canyon {

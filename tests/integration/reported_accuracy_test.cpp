@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "canyon/base/text_file.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/source_dir.hpp"
 

@@ -18,6 +18,7 @@
 #include "canyon/outputs/encoding/encoder.hpp"
 #include "canyon/outputs/encoding/mavlink.hpp"
 #include "canyon/outputs/encoding/sbf/block.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "tests/integration/run_scenario.hpp"
 #include "tests/support/ubx_device.hpp"
 

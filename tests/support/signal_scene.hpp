@@ -7,6 +7,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/receiver/receiver.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 #include "canyon/sky/orbit/sky.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/observe.hpp"

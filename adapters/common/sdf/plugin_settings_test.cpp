@@ -12,6 +12,8 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/describe.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/receiver/receiver_options.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/documented.hpp"
 #include "tests/support/option_values.hpp"
 #include "tests/support/source_dir.hpp"

@@ -16,6 +16,7 @@
 #include "canyon/outputs/encoding/number.hpp"
 #include "canyon/outputs/encoding/sensor_arrays.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::bench {
 

@@ -12,6 +12,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/output_file.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"

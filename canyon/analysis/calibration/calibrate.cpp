@@ -16,7 +16,9 @@
 #include "canyon/base/options/read.hpp"
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/unknowns/unknowns.hpp"
 
 namespace canyon::calibration {

@@ -5,6 +5,7 @@
 #include "canyon/analysis/calibration/calibrate.hpp"
 #include "canyon/base/options/values.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::calibration::estimate_test {
 namespace {

@@ -13,6 +13,7 @@
 #include "canyon/analysis/validation/statistics.hpp"
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/options/values.hpp"
+#include "canyon/simulation/environment.hpp"
 
 namespace canyon::calibration {
 namespace {

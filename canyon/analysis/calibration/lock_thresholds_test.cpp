@@ -6,6 +6,7 @@
 
 #include "canyon/analysis/calibration/direct_estimates.hpp"
 #include "canyon/base/text.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::calibration {
 namespace {

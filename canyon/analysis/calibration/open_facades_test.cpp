@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
+
 namespace canyon::calibration {
 namespace {
 

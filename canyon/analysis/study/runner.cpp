@@ -20,6 +20,7 @@
 #include "canyon/base/random.hpp"
 #include "canyon/base/work_queue.hpp"
 #include "canyon/city/mesh_topology.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"

@@ -15,7 +15,9 @@
 #include "canyon/base/random.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/run_plan.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::study {
 

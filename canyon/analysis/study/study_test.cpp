@@ -10,6 +10,7 @@
 
 #include "canyon/analysis/study/runner.hpp"
 #include "canyon/base/options/describe.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/documented.hpp"
 #include "tests/support/simulation_support.hpp"
 

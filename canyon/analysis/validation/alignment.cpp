@@ -14,6 +14,7 @@
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/options/visitor.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 
 namespace canyon::validation {

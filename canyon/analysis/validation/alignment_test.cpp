@@ -10,6 +10,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/simulated_recording.hpp"
 #include "tests/support/simulation_support.hpp"

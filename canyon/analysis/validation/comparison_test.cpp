@@ -18,6 +18,8 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 #include "tests/support/disturbances.hpp"
 #include "tests/support/simulated_recording.hpp"

@@ -12,6 +12,8 @@
 #include "canyon/analysis/validation/metrics_text.hpp"
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/outputs/encoding/stream.hpp"
+#include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 #include "canyon/sky/rinex/observation_reader.hpp"
 #include "tests/integration/run_scenario.hpp"

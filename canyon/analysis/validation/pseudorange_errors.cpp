@@ -8,6 +8,7 @@
 #include "canyon/analysis/validation/statistics.hpp"
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/receiver/positioning/fix.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/sky/range_errors.hpp"
 
 namespace canyon::validation {

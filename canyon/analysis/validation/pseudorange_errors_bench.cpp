@@ -5,6 +5,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/receiver/tracking/noise.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "tests/support/circular_sky.hpp"
 
 namespace canyon::validation {

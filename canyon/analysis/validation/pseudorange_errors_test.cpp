@@ -11,6 +11,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/receiver/tracking/noise.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/sky/range_errors.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/simulation_support.hpp"

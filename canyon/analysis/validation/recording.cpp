@@ -15,6 +15,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/receiver/positioning/fix.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/motion/antenna_pose.hpp"
 #include "canyon/simulation/motion/recorded_path.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"

@@ -10,6 +10,7 @@
 #include "canyon/analysis/validation/statistics.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/outputs/encoding/stream.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/sky/rinex/observation_reader.hpp"
 #include "tests/integration/run_scenario.hpp"

@@ -34,7 +34,7 @@ using InstanceId = std::uint32_t;
 /// The first surface on a ray.
 struct Hit {
   double range_m = 0;
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, of the triangle's front side, ENU
+  Eigen::Vector3d normal{0, 0, 1};  ///< unit, of the triangle's front side, ENU
   bool front = true;                                  ///< the ray hit the front side
   InstanceId instance = 0;
   std::uint32_t triangle = 0;  ///< index into that instance's mesh

@@ -13,7 +13,9 @@ namespace canyon::encoding {
 #define CANYON_STREAM_FORMAT(name, file) CANYON_FORMAT(name, file, true, false, "")
 #define CANYON_RUN_OUTPUT(name, wanted, help)
 constexpr Format kFormats[]{
+#include "canyon/receiver/receiver_options.hpp"
 #include "canyon/simulation/scenario/outputs.def"
+#include "canyon/simulation/simulator.hpp"
 };
 
 std::span<const Format> formats() {

@@ -13,13 +13,15 @@
 
 #include "canyon/base/transport/transport.hpp"
 #include "canyon/receiver/tracking/signal_options.hpp"
+#include "canyon/simulation/epoch.hpp"
 #include "canyon/simulation/inertial/sensor_options.hpp"
+#include "canyon/simulation/scenario/fwd.hpp"
 #include "canyon/simulation/scenario/outputs.hpp"
-#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::simulation {
 class ReceiverRunner;
-}
+class Simulation;
+}  // namespace canyon::simulation
 
 namespace canyon::encoding {
 

@@ -11,6 +11,7 @@
 #include "canyon/outputs/encoding/stream.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
 #include "tests/support/loaded_city.hpp"
 #include "tests/support/sample_epochs.hpp"

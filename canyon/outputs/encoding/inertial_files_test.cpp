@@ -12,6 +12,7 @@
 #include "canyon/city/city.hpp"
 #include "canyon/outputs/encoding/sinks.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/temporary_folder.hpp"
 

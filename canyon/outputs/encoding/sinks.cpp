@@ -14,6 +14,7 @@
 #include "canyon/simulation/samples/sample_file.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/sensor_run.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "canyon/sky/rinex/navigation_reader.hpp"
 #include "canyon/sky/rinex/navigation_writer.hpp"
 

@@ -19,6 +19,7 @@
 #include "canyon/simulation/receiver_runner.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/sensor_run.hpp"
+#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::encoding {
 namespace {

@@ -16,6 +16,7 @@
 #include "canyon/base/options/describe.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/outputs/encoding/epoch_values.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::live {
 namespace {

@@ -10,6 +10,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace canyon::live::controls_test {

@@ -4,6 +4,7 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/outputs/encoding/nmea.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::live {

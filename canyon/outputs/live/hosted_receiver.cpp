@@ -15,8 +15,10 @@
 #include "canyon/base/text.hpp"
 #include "canyon/outputs/encoding/encoder.hpp"
 #include "canyon/outputs/encoding/stream.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 #include "canyon/receiver/rtk/correction_link.hpp"
 #include "canyon/simulation/environment.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::live {
 namespace {

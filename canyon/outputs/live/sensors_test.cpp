@@ -13,6 +13,7 @@
 #include "canyon/outputs/live/session.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/sensor_run.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "tests/support/free_port.hpp"

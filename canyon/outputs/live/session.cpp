@@ -22,8 +22,10 @@
 #include "canyon/outputs/live/pose_source.hpp"
 #include "canyon/outputs/live/session_clock.hpp"
 #include "canyon/outputs/live/vehicle_feed.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/receiver_group.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/sensor_run.hpp"
 #include "canyon/simulation/simulator.hpp"
 

@@ -8,6 +8,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/transport/transport.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::live {
 

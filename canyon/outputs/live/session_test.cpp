@@ -15,6 +15,7 @@
 #include "canyon/outputs/encoding/ubx/frame.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 #include "tests/support/free_port.hpp"
 #include "tests/support/local_connection.hpp"

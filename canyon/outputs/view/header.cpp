@@ -11,6 +11,7 @@
 #include "canyon/city/mesh_marks.hpp"
 #include "canyon/paths/propagation/paths.hpp"
 #include "canyon/receiver/positioning/fix.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 #include "canyon/receiver/tracking/correlation.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 

@@ -10,7 +10,10 @@
 #include "canyon/city/city.hpp"
 #include "canyon/outputs/encoding/view_messages.hpp"
 #include "canyon/outputs/view/recorder.hpp"
+#include "canyon/receiver/receiver_options.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::view {
 namespace {

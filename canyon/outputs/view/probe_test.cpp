@@ -14,6 +14,7 @@
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::view::probe_test {
 namespace {

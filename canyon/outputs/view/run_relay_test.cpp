@@ -9,6 +9,7 @@
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/view_listener.hpp"
 

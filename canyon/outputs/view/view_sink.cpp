@@ -17,7 +17,9 @@
 #include "canyon/outputs/encoding/view_messages.hpp"
 #include "canyon/outputs/view/header.hpp"
 #include "canyon/outputs/view/recorder.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::view {
 namespace {

@@ -203,7 +203,7 @@ struct Interference {
   double power_dbw = -200;
   Polarisation polarisation = Polarisation::Linear;
   /// Unit, from the antenna towards the source, in the frame of the arrival's paths.
-  Eigen::Vector3d arrival = Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d arrival{0, 0, 1};
   /// Satellite whose signal it copies: a path for that satellite's channels, not noise.
   std::optional<gnss::SatelliteId> copy_of{};
 };
@@ -214,7 +214,7 @@ struct Body {
   enum class Kind : std::uint8_t { Vehicle, Structure, Crown };
   Kind kind = Kind::Vehicle;
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();
-  Eigen::Vector2d ahead = Eigen::Vector2d::UnitX();  ///< unit: along its length
+  Eigen::Vector2d ahead{1, 0};  ///< unit: along its length
   double half_length_m = 0, half_width_m = 0;        ///< Crown: the radius of the sphere, both
   double bottom_m = 0, top_m = 0;
   bool grounded = true;    ///< no signal passes below it

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::simulation {
 

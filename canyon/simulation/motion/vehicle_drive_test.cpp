@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "canyon/simulation/motion/trajectory.hpp"
 #include "tests/support/refusal.hpp"
 
 namespace canyon::simulation {

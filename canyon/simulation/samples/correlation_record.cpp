@@ -8,7 +8,9 @@
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/paths/signal/path_strength.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::samples {
 namespace {

@@ -11,6 +11,7 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 #include "canyon/receiver/tracking/channel.hpp"
 #include "canyon/simulation/samples/mixer.hpp"
 #include "canyon/simulation/samples/path_interpolator.hpp"

@@ -12,6 +12,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/receiver/positioning/range_terms.hpp"
 #include "canyon/receiver/random_streams.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 #include "canyon/receiver/tracking/channel_fading.hpp"
 
 namespace canyon::samples {

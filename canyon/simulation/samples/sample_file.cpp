@@ -13,6 +13,7 @@
 #include "canyon/base/json.hpp"
 #include "canyon/simulation/samples/spreading_codes.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::samples {
 namespace {

@@ -12,6 +12,7 @@
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text_file.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 #include "canyon/receiver/rtk/correction_link.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
 #include "canyon/simulation/scenario/scenario_fields.hpp"

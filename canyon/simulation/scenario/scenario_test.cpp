@@ -12,6 +12,7 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/options/describe.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/simulation_support.hpp"

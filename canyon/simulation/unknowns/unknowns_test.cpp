@@ -7,6 +7,7 @@
 #include <set>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::unknowns {
 namespace {

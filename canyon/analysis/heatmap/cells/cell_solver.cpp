@@ -23,9 +23,13 @@
 #include "canyon/base/options/visitor.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
 #include "canyon/receiver/corrections.hpp"
 #include "canyon/receiver/positioning/fix.hpp"
+#include "canyon/receiver/receiver.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 #include "canyon/receiver/rtk/correction_link.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
 namespace canyon::heatmap {

@@ -15,7 +15,10 @@
 #include "canyon/base/text.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "canyon/receiver/receiver_options.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/option_values.hpp"
 #include "tests/support/tile_scene.hpp"
 

@@ -6,6 +6,9 @@
 
 #include "canyon/base/random.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
+#include "canyon/receiver/receiver.hpp"
+#include "canyon/simulation/environment.hpp"
 
 namespace canyon::heatmap {
 

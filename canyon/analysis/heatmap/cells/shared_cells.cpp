@@ -17,6 +17,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/receiver/random_streams.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 
 namespace canyon::heatmap {
 namespace {

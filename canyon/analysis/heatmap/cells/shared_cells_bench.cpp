@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "canyon/base/geodesy/constants.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 #include "tests/support/tile_scene.hpp"
 
 namespace canyon::heatmap {

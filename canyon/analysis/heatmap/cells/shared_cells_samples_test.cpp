@@ -12,6 +12,7 @@
 
 #include "canyon/analysis/heatmap/cells/shared_cells.hpp"
 #include "canyon/base/geodesy/constants.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 #include "canyon/receiver/tracking/noise.hpp"
 #include "tests/support/tile_scene.hpp"
 

@@ -10,6 +10,7 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 #include "tests/support/tile_scene.hpp"
 
 namespace canyon::heatmap::shared_cells_test {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "canyon/base/geodesy/constants.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
 #include "canyon/paths/signal/path_strength.hpp"
 #include "canyon/receiver/positioning/fix.hpp"
 #include "canyon/receiver/tracking/channel_fading.hpp"

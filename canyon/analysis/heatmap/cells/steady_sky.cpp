@@ -10,6 +10,8 @@
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/receiver/random_streams.hpp"
+#include "canyon/receiver/receiver_options.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
 namespace canyon::heatmap {

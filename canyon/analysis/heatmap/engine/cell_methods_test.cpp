@@ -16,6 +16,7 @@
 #include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/downtown.hpp"

@@ -22,6 +22,8 @@
 #include "canyon/base/work_queue.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/receiver/random_streams.hpp"
+#include "canyon/receiver/receiver_options.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/simulation/receiver_surroundings.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "canyon/analysis/heatmap/engine/engine.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/sky/orbit/broadcast_sky.hpp"
 #include "canyon/sky/orbit/nominal_constellation.hpp"

@@ -11,7 +11,10 @@
 #include "canyon/base/options/read.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "canyon/receiver/receiver_options.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
+#include "canyon/simulation/scenario/scenario.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/option_values.hpp"
 

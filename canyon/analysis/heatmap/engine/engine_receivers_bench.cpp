@@ -17,6 +17,7 @@
 
 #include "canyon/analysis/heatmap/engine/engine.hpp"
 #include "canyon/base/statistics.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/sky/orbit/broadcast_sky.hpp"

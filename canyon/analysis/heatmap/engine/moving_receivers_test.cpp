@@ -12,6 +12,7 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/city/city.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "canyon/simulation/receiver_surroundings.hpp"
 #include "canyon/simulation/scenario/profile.hpp"

@@ -14,7 +14,9 @@
 #include "canyon/analysis/heatmap/engine/engine.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "tests/support/circular_sky.hpp"
 
 // Run alone, and by CTest on two ranks: every rank runs the same tests in the same

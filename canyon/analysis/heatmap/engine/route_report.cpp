@@ -11,6 +11,7 @@
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/options/visitor.hpp"
 #include "canyon/base/statistics.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::heatmap {
 namespace {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "canyon/base/input_error.hpp"
+#include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::heatmap::route_report_test {
 namespace {

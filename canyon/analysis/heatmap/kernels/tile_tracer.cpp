@@ -17,6 +17,8 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/raytrace/ray_scene.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
+#include "canyon/simulation/environment.hpp"
 
 namespace canyon::heatmap {
 namespace {

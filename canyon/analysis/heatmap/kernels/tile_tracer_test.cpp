@@ -17,6 +17,8 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/city/mesh_file.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "tests/support/append_box.hpp"
 #include "tests/support/circular_sky.hpp"
 #include "tests/support/shadow_reference.hpp"

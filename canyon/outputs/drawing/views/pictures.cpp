@@ -16,7 +16,9 @@
 #include "canyon/outputs/drawing/views/sky_marks.hpp"
 #include "canyon/outputs/drawing/views/sky_picture.hpp"
 #include "canyon/outputs/drawing/views/track_picture.hpp"
+#include "canyon/receiver/receiver_options.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 
 namespace canyon::drawing {
 namespace {

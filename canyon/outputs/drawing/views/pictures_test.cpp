@@ -17,6 +17,7 @@
 #include "canyon/outputs/drawing/views/track_picture.hpp"
 #include "canyon/simulation/load_city.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
+#include "canyon/simulation/simulator.hpp"
 #include "tests/support/append_box.hpp"
 #include "tests/support/loaded_city.hpp"
 #include "tests/support/png_pixels.hpp"

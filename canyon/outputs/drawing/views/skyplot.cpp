@@ -15,7 +15,10 @@
 #include "canyon/base/options/visitor.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/outputs/encoding/number.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
 #include "canyon/receiver/receiver.hpp"
+#include "canyon/receiver/receiver_options.hpp"
+#include "canyon/simulation/environment.hpp"
 
 namespace canyon::drawing {
 namespace {

@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "canyon/base/geodesy/time_scales.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
+#include "canyon/simulation/environment.hpp"
 #include "canyon/sky/orbit/broadcast_sky.hpp"
 #include "canyon/sky/orbit/nominal_constellation.hpp"
 #include "tests/support/bench_city.hpp"
