@@ -1,10 +1,23 @@
 #include "canyon/receiver/channel_bank.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 namespace canyon::receiver {
+
+double EphemerisAcquisition::search_s(gnss::SatelliteId id) const {
+  if (restart_.search_s) return *restart_.search_s;
+  if (restart_.kind != disturbance::RestartKind::Cold) return lock_.reacquisition_s;
+  const double uniform = RandomStream(seed_, fmt::format("{}/{}/search/{}", stream_name_, gnss::to_string(id),
+                                                         restart_.at.nanoseconds()))
+                             .uniform();
+  const double cold_s = lock_.cold_acquisition_s;
+  if (has_network_aid()) return (0.8 + 0.8 * uniform) * cold_s;
+  return (0.4 + 1.85 * uniform) * std::max(1.0, cold_s - 20);
+}
 
 using propagation::Visibility;
 

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -45,16 +43,7 @@ class EphemerisAcquisition {
         stream_name_(std::move(stream_name)) {}
 
   /// [s], >= 0.
-  [[nodiscard]] double search_s(gnss::SatelliteId id) const {
-    if (restart_.search_s) return *restart_.search_s;
-    if (restart_.kind != disturbance::RestartKind::Cold) return lock_.reacquisition_s;
-    const double uniform = RandomStream(seed_, fmt::format("{}/{}/search/{}", stream_name_,
-                                                           gnss::to_string(id), restart_.at.nanoseconds()))
-                               .uniform();
-    const double cold_s = lock_.cold_acquisition_s;
-    if (has_network_aid()) return (0.8 + 0.8 * uniform) * cold_s;
-    return (0.4 + 1.85 * uniform) * std::max(1.0, cold_s - 20);
-  }
+  [[nodiscard]] double search_s(gnss::SatelliteId id) const;
 
   /// Whether an ephemeris is known; call once per epoch and satellite. @param readable tracked, strong enough
   [[nodiscard]] bool read(gnss::SatelliteId id, const gnss::Signal& signal, bool readable,

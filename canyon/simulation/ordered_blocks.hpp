@@ -1,6 +1,5 @@
 #pragma once
 
-#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
@@ -11,6 +10,7 @@
 #include <exception>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -23,8 +23,8 @@ inline constexpr int kMaxThreads = 4096;
 /// Throws InputError unless `threads` is 0 (as many as cores) to kMaxThreads.
 inline void check_threads(int threads) {
   if (threads >= 0 && threads <= kMaxThreads) return;
-  throw InputError(fmt::format("{} threads are out of range", threads),
-                   fmt::format("give 0 (as many as cores) to {}", kMaxThreads));
+  throw InputError(std::to_string(threads) + " threads are out of range",
+                   "give 0 (as many as cores) to " + std::to_string(kMaxThreads));
 }
 
 /// `threads`, at most as many as cores; 0: as many as cores. Throws InputError if out of range.

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <fmt/format.h>
 #include <tinyxml2.h>
 
 #include <algorithm>
 #include <filesystem>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -44,7 +44,7 @@ inline void read_xml(const std::filesystem::path& path, tinyxml2::XMLDocument& d
   if (document.Parse(file.text().data(), file.text().size()) != tinyxml2::XML_SUCCESS ||
       document.RootElement() == nullptr) {
     throw InputError(path, std::max(0, document.ErrorLineNum()),
-                     fmt::format("is not well-formed XML ({})", document.ErrorName()),
+                     std::string("is not well-formed XML (") + document.ErrorName() + ")",
                      "export it again, or check it with xmllint --noout");
   }
 }

@@ -2,13 +2,12 @@
 
 // Triangles by Embree, in floats; private to canyon/city/raytrace.
 
-#include <fmt/format.h>
-
 #include <Eigen/Core>
 #include <algorithm>
 #include <cassert>
 #include <optional>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "canyon/city/city.hpp"
@@ -25,8 +24,8 @@ struct Tracing {
     if (!device) throw std::runtime_error("Embree: no device");
   }
   [[nodiscard]] std::runtime_error failure(const char* what) const {
-    return std::runtime_error(
-        fmt::format("Embree: {} (error {})", what, static_cast<int>(rtcGetDeviceError(device.get()))));
+    return std::runtime_error("Embree: " + std::string(what) + " (error " +
+                              std::to_string(static_cast<int>(rtcGetDeviceError(device.get()))) + ")");
   }
 };
 
