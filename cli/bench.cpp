@@ -4,7 +4,6 @@
 #include <array>
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <set>
 
 #include "canyon/analysis/bench/drives.hpp"

@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cctype>
 
-#include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/read.hpp"
 #include "cli/commands.hpp"
 

@@ -7,7 +7,6 @@
 #include <cstdio>
 
 #include "canyon/analysis/validation/metrics_text.hpp"
-#include "canyon/analysis/validation/recorded_scene.hpp"
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/simulation/environment.hpp"

@@ -11,7 +11,6 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/paths/propagation/propagator.hpp"
 
 namespace canyon::adapters {
 namespace {

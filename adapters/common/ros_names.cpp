@@ -4,7 +4,6 @@
 
 #include <array>
 #include <set>
-#include <utility>
 
 #include "canyon/base/input_error.hpp"
 

@@ -1,6 +1,5 @@
 // No header declares it: Gazebo loads it by name.
 // The paper's plugin: a GNSS receiver on a sensor (ray, gps, any other) of a link.
-#include <fmt/format.h>
 
 #include <gazebo/common/Console.hh>
 #include <gazebo/common/Plugin.hh>

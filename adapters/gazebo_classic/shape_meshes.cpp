@@ -15,9 +15,7 @@
 #include <gazebo/physics/HeightmapShape.hh>
 #include <gazebo/physics/Link.hh>
 #include <gazebo/physics/Shape.hh>
-#include <memory>
 #include <optional>
-#include <utility>
 
 #include "adapters/gazebo_classic/ignition_types.hpp"
 #include "canyon/base/input_error.hpp"

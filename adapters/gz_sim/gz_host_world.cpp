@@ -1,7 +1,6 @@
 #include "adapters/gz_sim/gz_host_world.hpp"
 
 #include <algorithm>
-#include <gz/sim/Util.hh>
 #include <gz/sim/components/Collision.hh>
 #include <gz/sim/components/Geometry.hh>
 #include <gz/sim/components/Link.hh>

@@ -16,7 +16,6 @@
 #include <gz/sim/Util.hh>
 #include <memory>
 #include <string_view>
-#include <utility>
 
 #include "adapters/common/gazebo_math.hpp"
 #include "canyon/base/input_error.hpp"

@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "adapters/common/resource_files.hpp"
 #include "adapters/common/sdf/sdf_shapes.hpp"
 
 namespace canyon::adapters::gz_sim {

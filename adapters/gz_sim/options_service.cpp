@@ -8,7 +8,6 @@
 #include <gz/transport/Node.hh>
 #include <gz/transport/TopicUtils.hh>
 #include <map>
-#include <utility>
 
 #include "canyon/base/input_error.hpp"
 

@@ -1,13 +1,11 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <span>
 #include <string>
 #include <type_traits>
-#include <vector>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/outputs/encoding/epoch_values.hpp"

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <utility>
 
 #include "adapters/ros/conversions.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 
 #include "adapters/ros/conversions.hpp"
 #include "canyon/simulation/inertial/imu_options.hpp"

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "adapters/common/ros_names.hpp"
 #include "canyon/outputs/live/controls.hpp"

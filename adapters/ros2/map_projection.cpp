@@ -6,10 +6,8 @@
 #include <GeographicLib/Constants.hpp>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/read.hpp"
-#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text_file.hpp"
 
 namespace canyon::adapters::ros2 {

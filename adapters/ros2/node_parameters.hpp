@@ -1,9 +1,7 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 #include <rclcpp_lifecycle/lifecycle_node.hpp>
-#include <string>
 
 #include "adapters/ros2/node_settings.hpp"
 

@@ -8,7 +8,6 @@
 
 #include "adapters/ros2/rtcm_topic.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/node.hpp"
 #include "canyon/base/options/read.hpp"
 #include "canyon/base/options/values.hpp"

@@ -11,7 +11,6 @@
 
 #include "canyon/base/options/describe.hpp"
 #include "canyon/outputs/live/hosted_receiver.hpp"
-#include "canyon/simulation/receiver_runner.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::adapters::ros2 {

@@ -5,9 +5,7 @@
 #include <canyon_msgs/msg/gnss_satellites.hpp>
 #include <canyon_msgs/srv/fault_command.hpp>
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
-#include <functional>
 #include <geometry_msgs/msg/twist_with_covariance_stamped.hpp>
-#include <memory>
 #include <rclcpp/create_publisher.hpp>
 #include <rclcpp/create_service.hpp>
 #include <rclcpp/node_interfaces/node_parameters_interface.hpp>
@@ -20,7 +18,6 @@
 #include <sensor_msgs/msg/magnetic_field.hpp>
 #include <sensor_msgs/msg/nav_sat_fix.hpp>
 #include <string>
-#include <string_view>
 #include <vector>
 #ifdef CANYON_WITH_AUTOWARE
 #include <autoware_sensing_msgs/msg/gnss_ins_orientation_stamped.hpp>

@@ -6,8 +6,6 @@
 #include <cmath>
 
 #include "canyon/base/geodesy/time_scales.hpp"
-#include "canyon/base/options/describe.hpp"
-#include "canyon/base/options/read.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/base/text_file.hpp"
 #include "canyon/outputs/encoding/encoder.hpp"

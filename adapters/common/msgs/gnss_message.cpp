@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 
-#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/outputs/encoding/epoch_values.hpp"
 
 namespace canyon::adapters {

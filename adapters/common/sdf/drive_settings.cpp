@@ -6,10 +6,8 @@
 #include <optional>
 #include <utility>
 
-#include "adapters/common/resource_files.hpp"
 #include "adapters/common/sdf/plugin_elements.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/simulation/receiver_runner.hpp"

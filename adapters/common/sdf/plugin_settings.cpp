@@ -6,9 +6,7 @@
 
 #include "adapters/common/sdf/plugin_elements.hpp"
 #include "canyon/base/input_files.hpp"
-#include "canyon/base/options/describe.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/paths/propagation/propagator.hpp"
 
 namespace canyon::adapters {
 namespace {

@@ -1,7 +1,6 @@
 #include "adapters/common/sdf/sdf_shapes.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
 
 #include <initializer_list>
 #include <sdf/Box.hh>

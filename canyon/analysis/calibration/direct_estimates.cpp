@@ -9,10 +9,7 @@
 #include <map>
 #include <utility>
 
-#include "canyon/analysis/calibration/calibrate.hpp"
-#include "canyon/analysis/validation/comparison.hpp"
 #include "canyon/analysis/validation/statistics.hpp"
-#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/base/text.hpp"

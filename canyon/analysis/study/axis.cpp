@@ -6,16 +6,11 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <optional>
-#include <string>
 #include <string_view>
-#include <utility>
 
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/base/options/node.hpp"
 #include "canyon/base/options/values.hpp"
-#include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/simulation/unknowns/unknowns.hpp"
 

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "canyon/analysis/study/along.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/outputs/drawing/plot.hpp"

@@ -22,7 +22,6 @@
 #include "canyon/city/mesh_topology.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/load_city.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 namespace canyon::study {

@@ -6,8 +6,6 @@
 #include <set>
 #include <utility>
 
-#include "canyon/analysis/study/axis.hpp"
-#include "canyon/base/options/describe.hpp"
 #include "canyon/base/options/node.hpp"
 #include "canyon/base/options/read.hpp"
 #include "canyon/base/options/values.hpp"

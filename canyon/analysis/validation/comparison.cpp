@@ -4,14 +4,11 @@
 #include <tbb/task_arena.h>
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 #include <complex>
 #include <map>
 #include <memory>
-#include <set>
-#include <span>
 #include <utility>
 
 #include "canyon/analysis/validation/statistics.hpp"
@@ -26,7 +23,6 @@
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/simulation/receiver_surroundings.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/sky/gnss/signals.hpp"
 
 namespace canyon::validation {

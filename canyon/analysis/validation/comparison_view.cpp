@@ -1,7 +1,5 @@
 #include "canyon/analysis/validation/comparison_view.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -18,7 +16,6 @@
 #include "canyon/outputs/view/probe.hpp"
 #include "canyon/outputs/view/recorder.hpp"
 #include "canyon/receiver/tracking/signal_lock.hpp"
-#include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::validation {

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <tuple>
 
-#include "canyon/analysis/validation/recording_table.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/base/text.hpp"

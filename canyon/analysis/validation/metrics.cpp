@@ -5,12 +5,10 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
 #include "canyon/analysis/validation/key_metrics.hpp"
-#include "canyon/analysis/validation/statistics.hpp"
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/receiver/positioning/least_squares.hpp"

@@ -3,13 +3,10 @@
 // Metrics as JSON, for terminals and for documents.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "canyon/analysis/validation/alignment.hpp"
 #include "canyon/analysis/validation/key_metrics.hpp"
-#include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"
 #include "canyon/outputs/encoding/number.hpp"

@@ -2,8 +2,6 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <cstdint>
-#include <functional>
 #include <map>
 #include <optional>
 #include <span>

@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <utility>
-#include <vector>
 
 #include "canyon/analysis/validation/statistics.hpp"
 #include "canyon/receiver/positioning/positioning_options.hpp"

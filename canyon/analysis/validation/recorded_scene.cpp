@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <set>
-#include <string>
-#include <string_view>
 #include <utility>
 
 #include "canyon/base/input_error.hpp"

@@ -20,7 +20,6 @@
 #include "canyon/simulation/motion/recorded_path.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
-#include "canyon/sky/rinex/observation_reader.hpp"
 
 namespace canyon::validation {
 namespace {

@@ -1,7 +1,6 @@
 #include "canyon/analysis/validation/recording_table.hpp"
 
 #include <fmt/format.h>
-#include <algorithm>
 
 #include "canyon/base/json.hpp"
 #include "canyon/base/text.hpp"

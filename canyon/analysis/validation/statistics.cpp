@@ -1,13 +1,10 @@
 #include "canyon/analysis/validation/statistics.hpp"
 
-#include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <numeric>
 #include <utility>
 
 #include "canyon/base/random.hpp"
-#include "canyon/base/statistics.hpp"
 
 namespace canyon::validation {
 namespace {

@@ -1,6 +1,5 @@
 // MCAP (https://mcap.dev/spec) with messages of ROS 2 as CDR (OMG DDS-RTPS 2.3, 10.2: plain CDR,
 // little-endian).
-#include <fmt/format.h>
 #include <zlib.h>
 #include <Eigen/Geometry>
 

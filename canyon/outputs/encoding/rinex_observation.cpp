@@ -5,7 +5,6 @@
 
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/outputs/encoding/encoder.hpp"
-#include "canyon/outputs/encoding/number.hpp"
 #include "canyon/outputs/encoding/observations/raw_observations.hpp"
 
 // RINEX, The Receiver Independent Exchange Format, versions 3.04 (IGS/RTCM, 2018) and 4.00 (2021): header

@@ -1,7 +1,6 @@
 #include "canyon/outputs/live/pose_decoder.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
 
 #include <zlib.h>
 
@@ -9,8 +8,6 @@
 #include <cmath>
 #include <cstring>
 #include <set>
-#include <utility>
-#include <vector>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"

@@ -1,10 +1,8 @@
 #include "canyon/outputs/live/pose_source.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
 
 #include <cmath>
-#include <utility>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"

@@ -1,17 +1,14 @@
 #include "canyon/outputs/live/world_scene.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
 
 #include <algorithm>
-#include <cmath>
 #include <mutex>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
 
 #include "canyon/city/gazebo_export.hpp"
-#include "canyon/simulation/environment.hpp"
 
 namespace canyon::live {
 namespace {

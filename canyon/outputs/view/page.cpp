@@ -11,7 +11,6 @@
 #include <iterator>
 #include <limits>
 #include <optional>
-#include <string_view>
 #include <system_error>
 
 #include "canyon/base/gzip_file.hpp"

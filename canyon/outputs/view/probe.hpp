@@ -5,7 +5,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "canyon/base/json.hpp"
 #include "canyon/simulation/environment.hpp"

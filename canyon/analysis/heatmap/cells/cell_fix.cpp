@@ -1,10 +1,7 @@
 #include "canyon/analysis/heatmap/cells/cell_fix.hpp"
 
-#include <algorithm>
 #include <array>
 
-#include "canyon/receiver/positioning/least_squares.hpp"
-#include "canyon/receiver/positioning/pseudorange_model.hpp"
 #include "canyon/receiver/positioning/range_terms.hpp"
 #include "canyon/receiver/random_streams.hpp"
 

@@ -1,6 +1,5 @@
 #include "canyon/analysis/heatmap/cells/moving_fixes.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>

@@ -1,13 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "canyon/analysis/heatmap/cells/cell_fix.hpp"
 #include "canyon/analysis/heatmap/cells/cell_values.hpp"
 #include "canyon/analysis/heatmap/kernels/tile_tracer.hpp"
-#include "canyon/receiver/positioning/positioning_options.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::heatmap {

@@ -11,7 +11,6 @@
 #include <set>
 #include <utility>
 
-#include "canyon/analysis/heatmap/cells/cell_solver.hpp"
 #include "canyon/analysis/heatmap/kernels/tile_tasks.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
@@ -26,7 +25,6 @@
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/simulation/receiver_surroundings.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
 
 namespace canyon::heatmap {

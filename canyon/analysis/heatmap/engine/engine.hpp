@@ -1,8 +1,6 @@
 #pragma once
 
-#include <array>
 #include <atomic>
-#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>

@@ -1,12 +1,9 @@
 #include "canyon/analysis/heatmap/engine/map_source.hpp"
 
 #include <fmt/format.h>
-#include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <memory>
 #include <utility>
-#include <vector>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/statistics.hpp"

@@ -6,7 +6,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "canyon/analysis/heatmap/engine/map_summary.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/options/visitor.hpp"

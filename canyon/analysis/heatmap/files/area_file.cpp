@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "canyon/analysis/heatmap/kernels/grid.hpp"
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/json.hpp"

@@ -7,9 +7,7 @@
 #include <cassert>
 #include <limits>
 #include <mutex>
-#include <string>
 #include <system_error>
-#include <vector>
 
 #include "canyon/analysis/heatmap/files/map_reference.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"

@@ -20,7 +20,6 @@
 #include <mutex>
 #include <system_error>
 #include <type_traits>
-#include <utility>
 
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/gzip_file.hpp"

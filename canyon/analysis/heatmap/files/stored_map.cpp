@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <list>
-#include <memory>
 #include <mutex>
 #include <utility>
 

@@ -4,11 +4,8 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "canyon/analysis/heatmap/engine/map_source.hpp"
-#include "canyon/base/geodesy/frames.hpp"
 
 namespace canyon::heatmap {
 

@@ -6,7 +6,6 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/options/values.hpp"

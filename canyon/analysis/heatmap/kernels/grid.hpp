@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <utility>
 #include <vector>
 

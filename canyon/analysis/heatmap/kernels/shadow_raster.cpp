@@ -1,6 +1,5 @@
 #include "canyon/analysis/heatmap/kernels/shadow_raster.hpp"
 
-#include <array>
 #include <cassert>
 #include <cstring>
 #include <limits>

@@ -13,7 +13,6 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/output_file.hpp"
 #include "canyon/city/city.hpp"
-#include "canyon/outputs/drawing/views/sky_marks.hpp"
 #include "canyon/outputs/drawing/views/sky_picture.hpp"
 #include "canyon/outputs/drawing/views/track_picture.hpp"
 #include "canyon/receiver/receiver_options.hpp"

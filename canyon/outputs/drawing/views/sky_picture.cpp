@@ -10,7 +10,6 @@
 #include <functional>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/options/visitor.hpp"
 #include "canyon/city/city.hpp"

@@ -5,7 +5,6 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/outputs/encoding/ubx/messages.hpp"
-#include "canyon/receiver/positioning/least_squares.hpp"
 #include "canyon/sky/gnss/navigation_data.hpp"
 
 namespace canyon::encoding::ubx {
