@@ -197,7 +197,7 @@ class MapRun {
     }
     if (receiver_.options.ionosphere || receiver_.options.fix.correct_ionosphere)
       simulation::require_ionosphere(sky);
-    check_times(*sky.sky);
+    for_option("--times", [&] { simulation::require_satellites(*sky.sky, times); });
     sky_ = std::move(sky);
     const heatmap::Grid& grid = request_.grid;
     note(fmt::format("grid        {} x {} cells of {:g} m, {} altitude{}, {} time{} from {}", grid.columns,
@@ -212,10 +212,6 @@ class MapRun {
     city::City city = simulation::draw_city(last ? std::move(city_) : city::City(city_), scenario);
     return std::make_unique<simulation::Environment>(simulation::make_environment(
         std::make_shared<simulation::CityScene>(std::move(city)), sky_, scenario.sky, scenario.seed));
-  }
-
-  void check_times(const orbit::Sky& sky) const {
-    for_option("--times", [&] { simulation::require_satellites(sky, request_.times); });
   }
 
   [[nodiscard]] std::unique_ptr<heatmap::TileStore> open(const fs::path& folder,

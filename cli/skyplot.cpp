@@ -86,9 +86,6 @@ int draw_one(const SkyplotArguments& arguments, Site& site) {
 }
 
 constexpr std::size_t kMaxFrames = 999'999;
-fs::path frame_path(const fs::path& folder, std::size_t index) {
-  return folder / fmt::format("frame_{:06}.png", index + 1);
-}
 
 /// Pictures of an earlier, longer run would be part of the same film.
 int draw_frames(const SkyplotArguments& arguments, Site& site, ResultFiles& files) {
@@ -126,7 +123,7 @@ int draw_frames(const SkyplotArguments& arguments, Site& site, ResultFiles& file
                                        arguments.options, &site.receiver_config().options);
         },
         [&](std::size_t i, const std::string& bytes) {
-          write_file(frame_path(arguments.frames, i), bytes);
+          write_file(fs::path(arguments.frames) / fmt::format("frame_{:06}.png", i + 1), bytes);
           progress.update(++written, count);
         });
   }

@@ -47,10 +47,6 @@ std::pair<int, int> size_of(const std::string& text) {
   return {static_cast<int>(width), static_cast<int>(height)};
 }
 
-int frames_of(const RecordArguments& arguments) {
-  return static_cast<int>(std::clamp(std::round(arguments.seconds * arguments.fps), 1.0, kMaxVideoFrames));
-}
-
 fs::path script_of(const fs::path& page) {
   return page.parent_path().parent_path() / "record.mjs";
 }
@@ -96,7 +92,8 @@ void record_page(const RecordArguments& arguments, const fs::path& viewer, const
                  const fs::path& folder, bool quiet) {
   const bool one_file = is_one_file(arguments.file);
   const auto [width, height] = size_of(arguments.size);
-  const int frames = frames_of(arguments);
+  const int frames =
+      static_cast<int>(std::clamp(std::round(arguments.seconds * arguments.fps), 1.0, kMaxVideoFrames));
   const fs::path pictures = one_file ? folder / "frames" : fs::path(arguments.file);
   make_output_folder(pictures);
   std::optional<FolderLock> lock;

@@ -91,11 +91,6 @@ void set_position_covariance(Message& message, const positioning::Fix& fix) {
       fix.covariance_enu.isZero(0) ? Message::COVARIANCE_TYPE_UNKNOWN : Message::COVARIANCE_TYPE_KNOWN;
 }
 
-/// Whether a signal of the satellite was expected at the antenna but not received.
-[[nodiscard]] inline bool is_blocked(const receiver::SatelliteObservation& satellite) {
-  return satellite.above_mask && !satellite.measurement;
-}
-
 /// A message's constant for a value of the engine's enumeration; both have the same order. They are
 /// members of the message's type: enumerators in ROS 1, static members in ROS 2.
 template <class Enum, std::size_t N>
@@ -107,24 +102,6 @@ template <class Enum, std::size_t N>
 template <class M>
 [[nodiscard]] std::uint8_t system_code(gnss::System system) {
   return code_of(system, {M::GPS, M::GLONASS, M::GALILEO, M::BEIDOU, M::QZSS, M::SBAS});
-}
-template <class M>
-[[nodiscard]] std::uint8_t visibility_code(propagation::Visibility visibility) {
-  return code_of(visibility, {M::LOS, M::LOS_MULTIPATH, M::NLOS, M::BLOCKED});
-}
-template <class M>
-[[nodiscard]] std::uint8_t lock_code(tracking::LockState lock) {
-  return code_of(lock, {M::SEARCHING, M::TRACKING, M::HOLDING});
-}
-template <class M>
-[[nodiscard]] std::uint8_t status_code(positioning::FixStatus status) {
-  return code_of(status, {M::NOT_SOLVED, M::FIX, M::TOO_FEW_SATELLITES, M::SINGULAR, M::NOT_CONVERGED,
-                          M::WEAK_GEOMETRY, M::NO_SIGNAL});
-}
-template <class M>
-[[nodiscard]] std::uint8_t kind_code(positioning::FixKind kind) {
-  return code_of(kind, {M::KIND_NONE, M::KIND_SINGLE, M::KIND_DIFFERENTIAL, M::KIND_FLOAT, M::KIND_FIXED,
-                        M::KIND_DEAD_RECKONING, M::KIND_COMBINED});
 }
 
 template <class Satellite>
@@ -138,7 +115,8 @@ template <class Satellite>
   message.azimuth = seen.azimuth_rad;
   message.elevation = seen.elevation_rad;
   message.above_mask = seen.above_mask;
-  message.visibility = visibility_code<Satellite>(seen.visibility);
+  message.visibility = code_of(
+      seen.visibility, {Satellite::LOS, Satellite::LOS_MULTIPATH, Satellite::NLOS, Satellite::BLOCKED});
   const auto& measured = seen.measurement;
   message.cn0 = static_cast<float>(measured ? measured->cn0_dbhz.value_or(kNaN) : kNaN);
   message.pseudorange = measured ? measured->pseudorange_m : kNaN;
@@ -149,7 +127,7 @@ template <class Satellite>
   message.pseudorange_error = static_cast<float>(measured ? seen.pseudorange_error_m : kNaN);
   message.used = seen.used;
   message.residual = static_cast<float>(positioning::residual_m(fix, seen.id).value_or(kNaN));
-  message.lock = lock_code<Satellite>(seen.lock);
+  message.lock = code_of(seen.lock, {Satellite::SEARCHING, Satellite::TRACKING, Satellite::HOLDING});
   message.true_cn0 = static_cast<float>(seen.cn0_dbhz.value_or(kNaN));
   const bool phase = measured && measured->carrier_phase_cycles;
   message.carrier_phase = phase ? *measured->carrier_phase_cycles : kNaN;
@@ -257,7 +235,7 @@ template <class GnssMultipath>
   }
   for (const receiver::SatelliteObservation& satellite : observed.satellites) {
     if (!satellite.above_mask) continue;
-    const bool blocked = detail::is_blocked(satellite);
+    const bool blocked = !satellite.measurement;
     if (blocked) message.sats_blocked.push_back(prn_number(satellite.id));
     message.range_offset.push_back(blocked ? kNaN : static_cast<float>(satellite.excess_m));
     message.noise.push_back(blocked ? kNaN : static_cast<float>(satellite.noise_m));
@@ -279,11 +257,15 @@ template <class GnssSatellites>
     message.gps_tow = message.clock_bias = message.clock_drift = detail::kNaN;
     return message;
   }
+  using M = GnssSatellites;
   using Satellite = typename std::remove_reference_t<decltype(message.satellites)>::value_type;
   const receiver::ReceiverEpoch& observed = epoch->observed;
-  message.fix_status = detail::status_code<GnssSatellites>(observed.fix.status);
+  message.fix_status =
+      detail::code_of(observed.fix.status, {M::NOT_SOLVED, M::FIX, M::TOO_FEW_SATELLITES, M::SINGULAR,
+                                            M::NOT_CONVERGED, M::WEAK_GEOMETRY, M::NO_SIGNAL});
   const positioning::FixKind kind = observed.fix.kind();
-  message.fix_kind = detail::kind_code<GnssSatellites>(kind);
+  message.fix_kind = detail::code_of(kind, {M::KIND_NONE, M::KIND_SINGLE, M::KIND_DIFFERENTIAL, M::KIND_FLOAT,
+                                            M::KIND_FIXED, M::KIND_DEAD_RECKONING, M::KIND_COMBINED});
   message.correction_age = static_cast<float>(
       corrected(kind) ? observed.fix.correction_age_s.value_or(detail::kNaN) : detail::kNaN);
   message.gps_week = observed.time.week();

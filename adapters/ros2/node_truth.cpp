@@ -6,13 +6,7 @@
 #include "canyon/simulation/environment.hpp"
 
 namespace canyon::adapters::ros2 {
-namespace {
-
-const char* source_name(PoseSource source) {
-  return source == PoseSource::Odometry ? "odom" : source == PoseSource::Tf ? "tf" : "pose";
-}
-
-}  // namespace
+namespace {}  // namespace
 
 live::HostSetup setup_of(const NodeSettings& settings, std::shared_ptr<simulation::CityScene> scene,
                          geodesy::GpsTime start, const std::string& receiver_name, live::LogFunction log,
@@ -33,7 +27,11 @@ live::HostSetup setup_of(const NodeSettings& settings, std::shared_ptr<simulatio
 }
 
 NodeTruth::NodeTruth(const NodeSettings& settings, const city::City& city, Drive drive)
-    : drive_(std::move(drive)), poses_(source_name(settings.pose_source), settings.pose_timeout_s) {
+    : drive_(std::move(drive)),
+      poses_(settings.pose_source == PoseSource::Odometry ? "odom"
+             : settings.pose_source == PoseSource::Tf     ? "tf"
+                                                          : "pose",
+             settings.pose_timeout_s) {
   if (settings.pose_source == PoseSource::Fixed) {
     simulation::FixedPosition position = *settings.live.receiver().fixed;
     position.resolve(city.frame);

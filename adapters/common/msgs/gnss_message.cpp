@@ -20,38 +20,6 @@ msgs::GnssSystem system_of(gnss::System system) {
   return code_of(system, {msgs::GPS, msgs::GLONASS, msgs::GALILEO, msgs::BEIDOU, msgs::QZSS, msgs::SBAS});
 }
 
-msgs::GnssSatellite::Visibility visibility_of(propagation::Visibility visibility) {
-  using S = msgs::GnssSatellite;
-  return code_of(visibility, {S::LOS, S::LOS_MULTIPATH, S::NLOS, S::BLOCKED});
-}
-
-msgs::GnssSatellite::Lock lock_of(tracking::LockState lock) {
-  using S = msgs::GnssSatellite;
-  return code_of(lock, {S::SEARCHING, S::TRACKING, S::HOLDING});
-}
-
-msgs::GnssPath::Kind kind_of(propagation::PathKind kind) {
-  using P = msgs::GnssPath;
-  return code_of(kind, {P::DIRECT, P::REFLECTED, P::DIFFRACTED, P::DIFFUSE, P::SPOOFED});
-}
-
-msgs::GnssFix::Status status_of(positioning::FixStatus status) {
-  using F = msgs::GnssFix;
-  return code_of(status, {F::NOT_SOLVED, F::FIX, F::TOO_FEW_SATELLITES, F::SINGULAR, F::NOT_CONVERGED,
-                          F::WEAK_GEOMETRY, F::NO_SIGNAL});
-}
-
-msgs::GnssFix::Kind kind_of(positioning::FixKind kind) {
-  using F = msgs::GnssFix;
-  return code_of(kind,
-                 {F::NONE, F::SINGLE, F::DIFFERENTIAL, F::FLOAT, F::FIXED, F::DEAD_RECKONING, F::COMBINED});
-}
-
-msgs::GnssReceiver::Placement containment_code(raytrace::Containment containment) {
-  using R = msgs::GnssReceiver;
-  return code_of(containment, {R::FREE, R::INSIDE_BUILDING, R::UNDER_TERRAIN});
-}
-
 void fill_geodetic(const geodesy::Geodetic& point, msgs::GnssGeodetic& message) {
   message.set_latitude_deg(degrees(point.latitude_rad));
   message.set_longitude_deg(degrees(point.longitude_rad));
@@ -76,7 +44,8 @@ void fill_path(const propagation::Path& path, const Eigen::Matrix3d& world_from_
   const auto arrival = geodesy::azimuth_elevation_from_enu(path.arrival);
   message.set_arrival_azimuth_rad(arrival.azimuth_rad);
   message.set_arrival_elevation_rad(arrival.elevation_rad);
-  message.set_kind(kind_of(path.kind));
+  using P = msgs::GnssPath;
+  message.set_kind(code_of(path.kind, {P::DIRECT, P::REFLECTED, P::DIFFRACTED, P::DIFFUSE, P::SPOOFED}));
   if (path.kind == propagation::PathKind::Direct) return;
   if (path.kind == propagation::PathKind::Reflected) message.set_incidence_rad(path.incidence_rad());
   const auto set_point = [&](const Eigen::Vector3d& enu, msgs::GnssWorldPoint& to) {
@@ -93,16 +62,17 @@ void fill_path(const propagation::Path& path, const Eigen::Matrix3d& world_from_
 
 void fill_satellite(const receiver::SatelliteObservation& seen, const receiver::ReceiverEpoch& epoch,
                     msgs::GnssSatellite& message) {
+  using S = msgs::GnssSatellite;
   message.set_id(gnss::to_string(seen.id));
   message.set_system(system_of(seen.id.system));
   message.set_number(seen.id.number);
   message.set_azimuth_rad(seen.azimuth_rad);
   message.set_elevation_rad(seen.elevation_rad);
-  message.set_visibility(visibility_of(seen.visibility));
+  message.set_visibility(code_of(seen.visibility, {S::LOS, S::LOS_MULTIPATH, S::NLOS, S::BLOCKED}));
   message.set_above_mask(seen.above_mask);
   message.set_excess_m(seen.excess_m);
   message.set_used(seen.used);
-  message.set_lock(lock_of(seen.lock));
+  message.set_lock(code_of(seen.lock, {S::SEARCHING, S::TRACKING, S::HOLDING}));
   if (seen.cn0_dbhz) message.set_true_cn0_dbhz(*seen.cn0_dbhz);
   message.set_excluded(encoding::is_excluded(epoch.fix, seen.id));
   if (!seen.measurement) return;
@@ -131,9 +101,12 @@ void fill_baseline(const positioning::Baseline& baseline, msgs::GnssBaseline& me
 
 void fill_fix(const simulation::Epoch& epoch, msgs::GnssFix& message) {
   const positioning::Fix& fix = epoch.observed.fix;
-  message.set_status(status_of(fix.status));
+  using F = msgs::GnssFix;
+  message.set_status(code_of(fix.status, {F::NOT_SOLVED, F::FIX, F::TOO_FEW_SATELLITES, F::SINGULAR,
+                                          F::NOT_CONVERGED, F::WEAK_GEOMETRY, F::NO_SIGNAL}));
   message.set_reason(std::string(encoding::no_fix_reason(fix, epoch.containment)));
-  message.set_kind(kind_of(fix.kind()));
+  message.set_kind(code_of(
+      fix.kind(), {F::NONE, F::SINGLE, F::DIFFERENTIAL, F::FLOAT, F::FIXED, F::DEAD_RECKONING, F::COMBINED}));
   if (corrected(fix.kind())) {
     if (fix.correction_age_s) message.set_correction_age_s(*fix.correction_age_s);
     if (fix.correction_station)
@@ -210,7 +183,8 @@ void fill_gnss_message(const ReceiverIdentity& identity, const live::ReceiverRep
   attitude.set_x(rotation.x());
   attitude.set_y(rotation.y());
   attitude.set_z(rotation.z());
-  message.set_placement(containment_code(epoch.containment));
+  using R = msgs::GnssReceiver;
+  message.set_placement(code_of(epoch.containment, {R::FREE, R::INSIDE_BUILDING, R::UNDER_TERRAIN}));
   message.set_clock_bias_s(seen.clock_bias_s);
   message.set_clock_drift(seen.clock_drift);
   for (const std::string& fault : epoch.faults) message.add_faults(fault);

@@ -27,11 +27,6 @@ std::string text_of(const sdf::ElementPtr& element) {
   return value ? std::string(trim(value->GetAsString())) : "";
 }
 
-// Models of PX4 and ROS use empty elements for the default.
-bool may_be_empty(std::string_view path) {
-  return path == "robotNamespace" || path == "ros.namespace";
-}
-
 }  // namespace
 
 PluginElements::PluginElements(const sdf::ElementPtr& plugin, std::string plugin_name,
@@ -84,7 +79,8 @@ void PluginElements::convert(const sdf::ElementPtr& parent, const std::string& p
     }
     if (!section && has_children) throw error(tag, "has elements instead of a value", "write only the value");
     if (!section && text.empty()) {
-      if (may_be_empty(child_path)) continue;
+      // Models of PX4 and ROS use empty elements for the default.
+      if (child_path == "robotNamespace" || child_path == "ros.namespace") continue;
       throw error(tag, "has no value", "write one between its tags, or remove it");
     }
     const bool list = !section && leaf && (key->type == Type::Texts || key->type == Type::Files);

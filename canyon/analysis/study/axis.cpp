@@ -89,11 +89,6 @@ void visit_unknowns(options::Visitor& v, Axis& o) {
   }
 }
 
-std::string number_text(double value) {
-  // 12 digits are enough for a grid, and hide rounding: 0.1 + 0.2 is 0.3.
-  return fmt::format("{:.12g}", value);
-}
-
 }  // namespace
 
 void visit(options::Visitor& v, DriveOptions& o) {
@@ -221,7 +216,8 @@ AxisValue value_at(const Axis& axis, const Level& level) {
       double number = axis.from + level.u * (axis.to - axis.from);
       if (axis.step) number = axis.from + index * *axis.step;
       if (axis.count) number = n > 1 ? axis.from + (axis.to - axis.from) * index / (n - 1) : axis.from;
-      value.text = number_text(number);
+      // 12 digits are enough for a grid, and hide rounding: 0.1 + 0.2 is 0.3.
+      value.text = fmt::format("{:.12g}", number);
       break;
     }
     case Axis::Kind::Times: {

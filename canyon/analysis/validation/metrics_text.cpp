@@ -188,10 +188,6 @@ std::string from_to(double low, double high, int decimals) {
 const char* word(Side side) {
   return side == Side::Measured ? ", measured" : ", simulated";
 }
-std::string spearman_text(const Explained& e) {
-  return e.correlation ? shown(e.correlation->rho, 2) : kNone;
-}
-
 std::vector<MetricTable> separation_tables(const ModelMetrics& f) {
   const auto row = [](const char* name, const std::optional<Separation>& s, const std::optional<Interval>& i,
                       const char* unit) {
@@ -227,7 +223,8 @@ MetricTable explained_table(const ModelMetrics& f) {
                     {"Path", "n", "Fraction [%]", "Median |difference| [m]", "Spearman", "95 % interval"}};
   for (const Explained& e : f.explained) {
     table.rows.push_back({e.kind, fmt::to_string(e.n), shown(100 * e.fraction, 1),
-                          shown(e.median_difference_m, 1), spearman_text(e),
+                          shown(e.median_difference_m, 1),
+                          e.correlation ? shown(e.correlation->rho, 2) : kNone,
                           e.correlation ? from_to(e.correlation->low, e.correlation->high, 2) : kNone});
   }
   return table;

@@ -37,13 +37,9 @@ constexpr std::array kKinds{KindStyle{positioning::FixKind::Single, "fix", "9999
                             KindStyle{positioning::FixKind::Fixed, "fix_fixed", "009e73"},
                             KindStyle{positioning::FixKind::Combined, "fix_combined", "8a6a00"}};
 
-/// KML writes colours as alpha, blue, green, red.
-std::string kml_colour(std::string_view rgb) {
-  return fmt::format("ff{}{}{}", rgb.substr(4, 2), rgb.substr(2, 2), rgb.substr(0, 2));
-}
-
 std::string style(std::string_view id, std::string_view rgb, double width) {
-  const std::string colour = kml_colour(rgb);
+  // KML writes colours as alpha, blue, green, red.
+  const std::string colour = fmt::format("ff{}{}{}", rgb.substr(4, 2), rgb.substr(2, 2), rgb.substr(0, 2));
   return fmt::format(
       R"(  <Style id="{}">
     <IconStyle>

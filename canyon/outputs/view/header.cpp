@@ -146,13 +146,6 @@ Json tables_json() {
   return json;
 }
 
-Json chunk_json(const ChunkEntry& chunk) {
-  return {{"file", chunk.file},         {"kind", chunk.track ? "track" : "block"},
-          {"receiver", chunk.receiver}, {"first_epoch", chunk.first_epoch},
-          {"epochs", chunk.epochs},     {"satellites", chunk.satellites},
-          {"paths", chunk.paths},       {"bytes", chunk.bytes}};
-}
-
 Json frame_json(const geodesy::Geodetic& origin) {
   return {{"axes", "east north up"},
           {"unit", "m"},
@@ -192,7 +185,15 @@ std::string header_json(const ViewHeader& header) {
   json["codes"] = codes_json(header.satellites);
   json["tables"] = tables_json();
   json["chunks"] = Json::array();
-  for (const ChunkEntry& chunk : header.chunks) json["chunks"].push_back(chunk_json(chunk));
+  for (const ChunkEntry& chunk : header.chunks)
+    json["chunks"].push_back({{"file", chunk.file},
+                              {"kind", chunk.track ? "track" : "block"},
+                              {"receiver", chunk.receiver},
+                              {"first_epoch", chunk.first_epoch},
+                              {"epochs", chunk.epochs},
+                              {"satellites", chunk.satellites},
+                              {"paths", chunk.paths},
+                              {"bytes", chunk.bytes}});
   return json.dump() + "\n";
 }
 

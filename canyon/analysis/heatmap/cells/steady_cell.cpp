@@ -22,11 +22,6 @@ std::complex<double> phasor(double cycles) {
   return std::polar(1.0, -2 * geodesy::kPi * (cycles - std::trunc(cycles)));
 }
 
-/// Whether cells use a path of their node.
-bool is_far(const Path& path) {
-  return path.kind == PathKind::Diffuse || path.order >= 2;
-}
-
 /// Steps of directions of computed obstacles: 1.4 deg; obstacles are equal over tens of degrees of azimuth.
 constexpr double kArrivalSteps = 40;
 
@@ -343,7 +338,9 @@ void SteadyCell::solve(const Vector3d& point, std::span<const propagation::Known
 void SteadyCell::solve(const Vector3d& point, bool statistics, CellValues& values) {
   position_ = point;
   const PathNode node = trace(point);
-  for (propagation::SatellitePaths& satellite : traced_) std::erase_if(satellite.paths, is_far);
+  for (propagation::SatellitePaths& satellite : traced_)
+    std::erase_if(satellite.paths,
+                  [](const Path& path) { return path.kind == PathKind::Diffuse || path.order >= 2; });
   compute(Vector3d::Zero(), node, statistics, values);
 }
 

@@ -128,14 +128,6 @@ struct TileTracer::Impl {
         first_signal(std::move(first)) {}
 
   [[nodiscard]] bool specular() const { return options.model == propagation::Model::Specular; }
-  /// Only Propagator handles partly transparent foliage.
-  [[nodiscard]] bool looks_through_foliage() const {
-    return specular() && options.through_foliage && surfaces.foliage;
-  }
-  /// Whether only direct paths can arrive.
-  [[nodiscard]] bool only_direct() const {
-    return specular() && options.reflection_order == 0 && !options.diffraction && !options.diffuse;
-  }
 
   /// Heights of the cells' points, and of the terrain below them (NaN: none); the latter is empty if no point
   /// can be under the terrain.
@@ -394,7 +386,8 @@ void TileTracer::trace(const TileCells& cells, geodesy::GpsTime time, bool exces
   for (std::vector<float>& excess_m : result.excess_m) excess_m.assign(count, 0);
   if (std::find(cells.state.begin(), cells.state.end(), CellState::Computed) == cells.state.end()) return;
 
-  if (impl.looks_through_foliage()) {
+  // Only Propagator handles partly transparent foliage.
+  if (impl.specular() && impl.options.through_foliage && impl.surfaces.foliage) {
     impl.add_traced(cells, true, excess, result);
     return;
   }
@@ -405,7 +398,9 @@ void TileTracer::trace(const TileCells& cells, geodesy::GpsTime time, bool exces
       if (!blocked[i] && cells.state[i] == CellState::Computed) result.visibility[k][i] = CellVisibility::LOS;
     if (excess && !impl.specular()) impl.add_mirrored(cells, k, result);
   });
-  if (excess && impl.specular() && !impl.only_direct()) impl.add_traced(cells, false, excess, result);
+  if (excess && impl.specular() &&
+      (impl.options.reflection_order != 0 || impl.options.diffraction || impl.options.diffuse))
+    impl.add_traced(cells, false, excess, result);
 }
 
 void TileTracer::sky_view(const TileCells& cells, std::span<float> result, int rings, int sectors) const {

@@ -33,10 +33,6 @@ constexpr double kTallest = 1.6, kFlattest = 0.5;
 
 constexpr Colour kBuilding = drawing::rgb(0xC9C9C9), kUnderground = drawing::rgb(0xA89F91);
 
-double map_width_for(std::size_t columns) {
-  return columns == 1 ? 600 : columns == 2 ? 430 : 286;
-}
-
 /// Pixels without a value have patterns, so that they are not mistaken for a colour of the map.
 std::uint32_t pixel_of(CellShade shade, std::uint32_t x, std::uint32_t y) {
   static const std::uint32_t paper = packed(kPaper), building = packed(kBuilding),
@@ -165,7 +161,7 @@ void draw_bar(Canvas& canvas, const Rect& position, const ColourScale& scale) {
 SheetLayout::SheetLayout(const Grid& grid, const std::vector<Layer>& layers) {
   assert(!layers.empty() && layers.size() <= kMaxPanels);
   columns_ = layers.size() <= 3 ? layers.size() : layers.size() == 4 ? 2 : 3;
-  map_width_ = map_width_for(columns_);
+  map_width_ = columns_ == 1 ? 600 : columns_ == 2 ? 430 : 286;
   const double east = grid.columns * grid.spacing_m, north = grid.rows * grid.spacing_m;
   map_height_ = std::round(map_width_ * std::clamp(north / east, kFlattest, kTallest));
   const double metres = std::max(east / map_width_, north / map_height_);

@@ -41,12 +41,6 @@ std::string time_text(GpsTime time) {
   return fmt::format("{} {} UTC", text.substr(0, 10), text.substr(11));
 }
 
-/// "last 90 min" or "last 30 s".
-std::string trail_text(double trail_s) {
-  return trail_s >= 60 ? fmt::format("last {:g} min, seen here", std::round(trail_s / 6) / 10)
-                       : fmt::format("last {:g} s, seen here", trail_s);
-}
-
 SkyPoint point_of(const propagation::SatelliteView& view) {
   return {view.line.azimuth_rad, view.line.elevation_rad, view.paths.visibility};
 }
@@ -153,7 +147,10 @@ SkyDrawing make_sky_drawing(const simulation::Environment& environment,
   drawing.containment = now.containment;
   if (!environment.city().mesh.triangles.empty() || !environment.scene().posed_instances().empty())
     drawing.mask = make_sky_mask(environment.scene(), antenna_enu, kSectors);
-  if (options.trail_s > 0) drawing.trail_meaning = trail_text(options.trail_s);
+  if (options.trail_s > 0)
+    drawing.trail_meaning =
+        options.trail_s >= 60 ? fmt::format("last {:g} min, seen here", std::round(options.trail_s / 6) / 10)
+                              : fmt::format("last {:g} s, seen here", options.trail_s);
   for (const propagation::SatelliteView& view : now.views) {
     SkySatellite satellite{gnss::to_string(view.line.id), point_of(view), false, {}, {}};
     if (const auto found = tracks.find(view.line.id); found != tracks.end())
