@@ -272,10 +272,6 @@ class Maker {
   std::vector<fs::path> made_;
 };
 
-int run_make(const MakeArguments& arguments) {
-  return Maker(arguments).run();
-}
-
 struct UserEstimate {
   std::string name, file;           ///< file: {drive} is replaced by the drive's name
   fs::path folder;                  ///< of the file, without replacement; empty: the working folder
@@ -454,20 +450,11 @@ int score_estimates(const ScoreArguments& arguments, const std::vector<UserEstim
   return failed > 0 ? kFailure : kOk;
 }
 
-/// Ctrl-C ends the running programs; written files are kept.
-int bounded(const ScoreArguments& arguments, int (*work)(const ScoreArguments&)) {
-  try {
-    return work(arguments);
-  } catch (const Interrupted&) {
-    fmt::print(stderr, "canyon: interrupted: nothing was scored\n");
-    return kInterrupted;
-  }
-}
+/// Of interrupted commands, whose written files are kept.
+constexpr const char* kUndone = "nothing was scored";
 
-int score_bench(const ScoreArguments& given) {
-  return bounded(given, [](const ScoreArguments& arguments) {
-    return score_estimates(arguments, user_estimates(arguments));
-  });
+int score_bench(const ScoreArguments& arguments) {
+  return unless_interrupted([&] { return score_estimates(arguments, user_estimates(arguments)); }, kUndone);
 }
 
 int run_all(const ScoreArguments& given) {
@@ -507,7 +494,7 @@ int run_all(const ScoreArguments& given) {
 }
 
 int run_run(const ScoreArguments& arguments) {
-  return bounded(arguments, run_all);
+  return unless_interrupted([&] { return run_all(arguments); }, kUndone);
 }
 
 void add_score_options(Command& command, ScoreArguments& arguments) {
@@ -538,7 +525,8 @@ void add_bench(Command& app) {
   list.add_option("--edition", listed.edition, "N", editions).within(1, bench::kEdition);
 
   Command& make = bench.add_command("make", "simulate drives: truth, fixes, IMU, wheels, raw data, events");
-  MakeArguments& arguments = make.run_with(run_make);
+  MakeArguments& arguments =
+      make.run_with<MakeArguments>([](const MakeArguments& of) { return Maker(of).run(); });
   make.add_option("out", arguments.out, "DIR", "folder of the bench").required();
   make.add_option("--only", arguments.only, "NAME", "drives (all)");
   make.add_option("--receiver", arguments.receivers, "PROFILE",

@@ -11,6 +11,7 @@
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/ordered_blocks.hpp"
 #include "canyon/simulation/unknowns/unknowns.hpp"
+#include "cli/progress.hpp"
 
 namespace canyon::cli {
 
@@ -30,6 +31,15 @@ int guarded(const heatmap::MpiProcesses& processes, const std::function<int()>& 
     fmt::print(stderr, "canyon: internal error on rank {}: {}\n", processes.rank(), error.what());
     std::fflush(stderr);
     processes.abort(kFailure);
+  }
+}
+
+int unless_interrupted(const std::function<int()>& work, const char* undone) {
+  try {
+    return work();
+  } catch (const Interrupted&) {
+    fmt::print(stderr, "canyon: interrupted: {}\n", undone);
+    return kInterrupted;
   }
 }
 

@@ -29,6 +29,10 @@ namespace canyon::cli {
 /// main() does and ends all of them: the others would wait for this one forever.
 [[nodiscard]] int guarded(const heatmap::MpiProcesses& processes, const std::function<int()>& work);
 
+/// Returns work(). If Ctrl-C ends it (Interrupted), prints what was not done.
+[[nodiscard]] int unless_interrupted(const std::function<int()>& work,
+                                     const char* undone = "nothing was written");
+
 /// Each adds a command to the program, or to its argument's command.
 void add_demo(Command& app);
 void add_new(Command& app);

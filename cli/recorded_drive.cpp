@@ -110,15 +110,6 @@ bool write_results(const DriveArguments& arguments, const std::function<std::str
   return !arguments.quiet;
 }
 
-int unless_interrupted(const std::function<int()>& work) {
-  try {
-    return work();
-  } catch (const Interrupted&) {
-    fmt::print(stderr, "canyon: interrupted: nothing was written\n");
-    return kInterrupted;
-  }
-}
-
 RecordedDrive::RecordedDrive(const DriveArguments& arguments, const validation::ListedRecording& recording,
                              bool listed)
     : arguments_(arguments),

@@ -45,9 +45,6 @@ void add_drive_options(Command& command, DriveArguments& arguments);
 /// Writes the results to --json. Returns whether to print them as text too: not with --json - or --quiet.
 [[nodiscard]] bool write_results(const DriveArguments& arguments, const std::function<std::string()>& json);
 
-/// Returns work(). If Ctrl-C ends it (Interrupted), prints that nothing was written.
-[[nodiscard]] int unless_interrupted(const std::function<int()>& work);
-
 /// A recording with its scenario: city, sky, truth, the city's position. Prints its steps on standard error.
 class RecordedDrive {
   const DriveArguments& arguments_;

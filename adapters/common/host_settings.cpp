@@ -15,7 +15,6 @@
 namespace canyon::adapters {
 namespace {
 
-using options::Field;
 using options::Visitor;
 
 constexpr const char* kRosNameHint =

@@ -229,13 +229,6 @@ void check_fixed(const Visitor& v, const NodeSettings& settings) {
   }
 }
 
-/// A base station for rovers in other nodes.
-bool is_base(const NodeSettings& settings) {
-  return settings.pose_source == PoseSource::Fixed ||
-         std::any_of(settings.streams.begin(), settings.streams.end(),
-                     [](const std::string& stream) { return topic_of_stream(stream).has_value(); });
-}
-
 /// Values by path, without lists of mappings.
 void flatten(const Node& node, const std::string& path, Parameters& into);
 
@@ -300,7 +293,10 @@ void visit(Visitor& v, NodeSettings& settings) {
   check_topics(v, settings);
   check_fixed(v, settings);
   // The base's signals have the errors removed by corrections, as in a scenario with the rover.
-  if (is_base(settings)) settings.live.sky.errors.enabled.set_default(true);
+  if (settings.pose_source == PoseSource::Fixed ||
+      std::any_of(settings.streams.begin(), settings.streams.end(),
+                  [](const std::string& stream) { return topic_of_stream(stream).has_value(); }))
+    settings.live.sky.errors.enabled.set_default(true);
   if (!settings.is_pose_driven()) {
     v.require("trajectory", "add trajectory: {file: ...}, waypoints or position, or set pose.source");
   } else if (settings.drive_clock) {

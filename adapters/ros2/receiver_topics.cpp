@@ -1,6 +1,7 @@
 #include "adapters/ros2/receiver_topics.hpp"
 
 #include <cmath>
+#include <memory>
 #include <utility>
 
 #include "adapters/ros/gps_fix.hpp"

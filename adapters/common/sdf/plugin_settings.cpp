@@ -89,12 +89,6 @@ const options::Description& plugin_description() {
   return description;
 }
 
-bool is_for_px4(const PluginElements& elements) {
-  return elements.has("gpsNoise") ||
-         std::any_of(std::begin(kPx4), std::end(kPx4),
-                     [&](const Foreign& foreign) { return elements.has_replaced(foreign.name); });
-}
-
 // The reader rejects other texts.
 std::string flipped_axes(const std::string& text) {
   const std::string small = lower_case(text);
@@ -170,7 +164,10 @@ HostSettings read_plugin_settings(const sdf::ElementPtr& element, const PluginCo
   PluginElements elements(element, context.name, plugin_description());
   HostSettings settings;
   settings.warnings = elements.warnings();
-  settings.publish_px4 = is_for_px4(elements);
+  settings.publish_px4 =
+      elements.has("gpsNoise") || std::any_of(std::begin(kPx4), std::end(kPx4), [&](const Foreign& foreign) {
+        return elements.has_replaced(foreign.name);
+      });
   settings.live.allow_external_base = true;       // live::HostBases
   const bool paper = elements.has("satAzimuth");  // the paper's satellites imply its receiver
   if (paper && !elements.has("profile")) elements.put("profile", "paper", "<satAzimuth>");

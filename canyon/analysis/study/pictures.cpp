@@ -17,7 +17,6 @@ namespace {
 using drawing::Canvas;
 using drawing::Plot;
 using drawing::Point;
-using drawing::Rect;
 using drawing::Scale;
 
 constexpr std::array kColours{drawing::kBlue,   drawing::kVermilion, drawing::kGreen, drawing::kOrange,

@@ -379,17 +379,13 @@ simulation::Scenario StudyPlan::scenario(const StudyRun& run) const {
   } else {
     options::read(root, from, scenario);
   }
-  sample_unknowns(run, scenario);
-  if (!run.realization.empty())
-    scenario.seed = fnv1a(fmt::format("{}\n{}", scenario.seed, run.realization)) & 0x7fffffffffffffffU;
-  return scenario;
-}
-
-void StudyPlan::sample_unknowns(const StudyRun& run, simulation::Scenario& scenario) const {
   for (std::size_t i = 0; i < run.at.size(); ++i) {
     if (study_.axes[i].kind != Axis::Kind::Unknowns) continue;
     unknown_samples_->apply(static_cast<std::size_t>(*parse_integer(run.at[i].text)) - 1, scenario);
   }
+  if (!run.realization.empty())
+    scenario.seed = fnv1a(fmt::format("{}\n{}", scenario.seed, run.realization)) & 0x7fffffffffffffffU;
+  return scenario;
 }
 
 const Axis* StudyPlan::drives() const {

@@ -85,7 +85,6 @@ class StudyPlan {
   void try_values();
   void check_size() const;
   [[nodiscard]] options::Document document(const std::vector<AxisValue>& at) const;
-  void sample_unknowns(const StudyRun& run, simulation::Scenario& scenario) const;
 
   Study study_;
   options::Node base_;  // the scenario's tree

@@ -28,7 +28,6 @@
 namespace canyon::validation {
 namespace {
 
-using propagation::PathKind;
 using propagation::Visibility;
 
 bool is_clear(Visibility visibility) {

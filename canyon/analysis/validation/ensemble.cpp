@@ -89,11 +89,6 @@ Json metric_json(const EnsembleMetric& f) {
           {"point_score", f.point_score}};
 }
 
-Json coverage_json(const Coverage& sum) {
-  return {{"figures", sum.metrics}, {"within_50", sum.within_half},   {"within_90", sum.within_most},
-          {"score", sum.score},     {"point_score", sum.point_score}, {"widest_p50_ratio", sum.widest_p50}};
-}
-
 }  // namespace
 
 std::vector<EnsembleMetric> ensemble_metrics(const EnsembleRow& row) {
@@ -160,7 +155,11 @@ std::string ensemble_text(const std::vector<EnsembleRow>& rows) {
 }
 
 std::string ensemble_json(const std::vector<EnsembleRow>& rows) {
-  Json json{{"recordings", Json::array()}, {"coverage", coverage_json(coverage(rows))}};
+  const Coverage sum = coverage(rows);
+  Json json{{"recordings", Json::array()}};
+  json["coverage"] = {{"figures", sum.metrics},         {"within_50", sum.within_half},
+                      {"within_90", sum.within_most},   {"score", sum.score},
+                      {"point_score", sum.point_score}, {"widest_p50_ratio", sum.widest_p50}};
   for (const EnsembleRow& row : rows) {
     Json metrics = Json::object(), samples = Json::array();
     for (const EnsembleMetric& f : ensemble_metrics(row)) metrics[f.info.key] = metric_json(f);

@@ -27,12 +27,6 @@ namespace {
 using geodesy::format_gpst;
 using geodesy::GpsTime;
 
-std::set<gnss::System> systems_of(const orbit::Sky& sky) {
-  std::set<gnss::System> systems;
-  for (const gnss::SatelliteId id : sky.satellites()) systems.insert(id.system);
-  return systems;
-}
-
 /// Whether a recording has pseudoranges of a system by its signal near L1, and its other signals.
 struct RecordedSystem {
   bool first = false;
@@ -232,7 +226,9 @@ Recording join_recording(const simulation::Scenario& scenario, const simulation:
   recording.ionosphere = options.ionosphere;
   recording.troposphere = options.troposphere;
 
-  std::vector<std::string> left_out_systems = keep_systems(systems_of(environment.sky()), recorded.epochs);
+  std::set<gnss::System> systems;
+  for (const gnss::SatelliteId id : environment.sky().satellites()) systems.insert(id.system);
+  std::vector<std::string> left_out_systems = keep_systems(systems, recorded.epochs);
   recording.warnings = recorded.report.warnings();
   recording.warnings.insert(recording.warnings.end(), left_out_systems.begin(), left_out_systems.end());
 

@@ -30,15 +30,6 @@ Json headlines_json(const std::vector<KeyMetric>& key_metrics) {
 
 }  // namespace
 
-std::vector<KeyMetric> headlines_of(const std::vector<RecordingRow>& rows) {
-  std::vector<KeyMetric> all;
-  for (const RecordingRow& row : rows) {
-    for (const KeyMetric& h : row.key_metrics)
-      if (headline_with(all, h.info.key) == nullptr) all.push_back(h);
-  }
-  return all;
-}
-
 std::string description_of(const RecordingRow& row) {
   if (!row.pooled.empty())
     return fmt::format("{}: observations of {} pooled", row.name, fmt::join(row.pooled, ", "));
@@ -48,7 +39,10 @@ std::string description_of(const RecordingRow& row) {
 }
 
 std::string to_text(const std::vector<RecordingRow>& rows) {
-  const std::vector<KeyMetric> columns = headlines_of(rows);
+  std::vector<KeyMetric> columns;  // of all rows, the first of each key
+  for (const RecordingRow& row : rows)
+    for (const KeyMetric& h : row.key_metrics)
+      if (headline_with(columns, h.info.key) == nullptr) columns.push_back(h);
   TextRow head{"recording"};
   for (const KeyMetric& column : columns) head.emplace_back(column.info.title);
   std::vector<TextRow> lines;

@@ -24,9 +24,6 @@ struct RecordingRow {
   std::vector<std::string> pooled;  ///< names of the pooled recordings
 };
 
-/// The key metrics of all rows, the first of each key, in their order.
-[[nodiscard]] std::vector<KeyMetric> headlines_of(const std::vector<RecordingRow>& rows);
-
 /// One line that describes a row: "tst (mass market): second half: ... 242 epochs; never tracked ...".
 [[nodiscard]] std::string description_of(const RecordingRow& row);
 

@@ -194,9 +194,7 @@ Scale decade_scale(double low, double high) {
 }
 
 Scale make_scale(std::vector<double> values, double tail) {
-  values.erase(
-      std::remove_if(values.begin(), values.end(), [](double v) { return !std::isfinite(v) || v < 0; }),
-      values.end());
+  std::erase_if(values, [](double v) { return !std::isfinite(v) || v < 0; });
   Scale scale;
   if (!values.empty()) {
     const double high = *quantile(values, 1 - tail);

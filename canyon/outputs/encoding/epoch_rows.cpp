@@ -57,7 +57,14 @@ void EpochRows::add(const simulation::Epoch& epoch, std::size_t number, double t
   ShownRow shown{time_s, skyline, local(epoch.truth_ecef)};
   if (fix.solved()) shown.fix_m = local(fix.position_ecef);
   add_epoch(epoch, shown);
-  if (epoch.arrival != nullptr) add_bodies(epoch.arrival->bodies, number);
+  if (epoch.arrival != nullptr) {
+    for (const propagation::Body& body : epoch.arrival->bodies) {
+      bodies.add({static_cast<double>(number), static_cast<double>(body.kind), in_steps(body.centre.x(), 64),
+                  in_steps(body.centre.y(), 64), in_steps(body.bottom_m, 64), in_steps(body.top_m, 64),
+                  in_steps(geodesy::degrees(std::atan2(body.ahead.y(), body.ahead.x())), 64),
+                  in_steps(2 * body.half_length_m, 64), in_steps(2 * body.half_width_m, 64)});
+    }
+  }
   std::map<gnss::SatelliteId, const propagation::SatelliteView*> views;
   for_each_view(epoch.observed, epoch.arrival,
                 [&](const receiver::SatelliteObservation& s, const propagation::SatelliteView& seen) {
@@ -72,15 +79,6 @@ void EpochRows::add(const simulation::Epoch& epoch, std::size_t number, double t
     const int flags = (s.above_mask ? kAboveMask : 0) | (s.used ? kUsed : 0) |
                       (s.measurement ? kMeasured : 0) | (is_excluded(fix, s.id) ? kExcluded : 0);
     add_satellite(row, number, static_cast<std::size_t>(index - known.begin()), flags, count);
-  }
-}
-
-void EpochRows::add_bodies(const std::vector<propagation::Body>& about, std::size_t number) {
-  for (const propagation::Body& body : about) {
-    bodies.add({static_cast<double>(number), static_cast<double>(body.kind), in_steps(body.centre.x(), 64),
-                in_steps(body.centre.y(), 64), in_steps(body.bottom_m, 64), in_steps(body.top_m, 64),
-                in_steps(geodesy::degrees(std::atan2(body.ahead.y(), body.ahead.x())), 64),
-                in_steps(2 * body.half_length_m, 64), in_steps(2 * body.half_width_m, 64)});
   }
 }
 

@@ -55,7 +55,6 @@ class EpochRows {
   ViewRows epochs{kViewEpochs}, satellites{kViewSatellites}, paths{kViewPaths}, bodies{kViewBodies};
 
  private:
-  void add_bodies(const std::vector<propagation::Body>& about, std::size_t number);
   std::size_t add_paths(Row row, const propagation::SatelliteView& view);
 
   tracking::SignalOptions signal_;

@@ -302,10 +302,6 @@ std::vector<mavlink::HighresImu> highres_imu(const simulation::SensorBatch& batc
   return messages;
 }
 
-mavlink::SystemTime system_time(const simulation::Epoch& epoch, geodesy::GpsTime begin) {
-  return {unix_us(epoch.observed.reported_utc()), epoch.observed.time - begin};
-}
-
 std::unique_ptr<Encoder> encode_gps_input(const ReceiverDescription& /*receiver*/) {
   return std::make_unique<MavlinkStream>(
       [](const simulation::Epoch& epoch) -> MavlinkStream::Messages { return {gps_input(epoch)}; });
@@ -322,7 +318,8 @@ std::unique_ptr<Encoder> encode_gps_raw_int(const ReceiverDescription& receiver)
         return messages;
       },
       [begin = receiver.begin](const simulation::Epoch& epoch) -> MavlinkStream::Messages {
-        return {system_time(epoch, begin), gps_status(epoch), gnss_integrity(epoch)};
+        return {mavlink::SystemTime{unix_us(epoch.observed.reported_utc()), epoch.observed.time - begin},
+                gps_status(epoch), gnss_integrity(epoch)};
       });
 }
 std::unique_ptr<Encoder> encode_highres_imu(const ReceiverDescription& receiver) {

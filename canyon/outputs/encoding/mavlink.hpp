@@ -43,7 +43,4 @@ namespace canyon::encoding {
 [[nodiscard]] std::vector<mavlink::HighresImu> highres_imu(const simulation::SensorBatch& batch,
                                                            mavlink::HighresImu& last);
 
-/// UTC since 1970 without leap seconds [us].
-[[nodiscard]] mavlink::SystemTime system_time(const simulation::Epoch& epoch, geodesy::GpsTime begin);
-
 }  // namespace canyon::encoding

@@ -54,12 +54,6 @@ std::string style(std::string_view id, std::string_view rgb, double width) {
       id, colour, colour, width);
 }
 
-/// Degrees with 9 decimals (0.1 mm), metres with 3.
-std::string kml_coordinates(const geodesy::Geodetic& point) {
-  return fixed(geodesy::degrees(point.longitude_rad), 9) + ',' +
-         fixed(geodesy::degrees(point.latitude_rad), 9) + ',' + fixed(point.height_m, 3);
-}
-
 /// Connected segments of a track, cut at the antimeridian; a segment of one epoch is a point.
 class Stretches {
  public:
@@ -94,7 +88,9 @@ class Stretches {
   static constexpr std::string_view kMode = "<altitudeMode>clampToGround</altitudeMode><coordinates>\n";
 
   void put(const geodesy::Geodetic& point) {
-    std::string line = kml_coordinates(point) + '\n';
+    // Degrees with 9 decimals (0.1 mm), metres with 3.
+    std::string line = fmt::format("{},{},{}\n", fixed(geodesy::degrees(point.longitude_rad), 9),
+                                   fixed(geodesy::degrees(point.latitude_rad), 9), fixed(point.height_m, 3));
     if (!first_.empty()) {
       line = "<LineString><tessellate>1</tessellate>" + std::string(kMode) + first_ + line;
       first_.clear();

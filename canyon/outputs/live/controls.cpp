@@ -42,19 +42,11 @@ std::vector<Line> lines_of(const simulation::RunnerConfig& config) {
   return lines;
 }
 
-const ReceiverHandle& named(const std::string& name, const Receivers& receivers) {
-  std::vector<std::string> names;
-  for (const ReceiverHandle& each : receivers) {
-    if (each.name == name) return each;
-    names.push_back(each.name);
-  }
-  throw unknown_name("receiver", name, names);
-}
-
 /// The receivers of a request.
 Receivers meant_by(const OptionsRequest& request, const Receivers& receivers) {
   if (receivers.empty()) throw InputError("there is no receiver in this world");
-  return request.receiver.empty() ? receivers : Receivers{named(request.receiver, receivers)};
+  return request.receiver.empty() ? receivers
+                                  : Receivers{entry_named(receivers, request.receiver, "receiver")};
 }
 
 std::string get(const OptionsRequest& request, const Receivers& receivers) {
@@ -394,7 +386,7 @@ class SessionCommands final : public Commands {
   /// The receiver named in a command; without a name the first.
   [[nodiscard]] const ReceiverHandle& receiver(const Json& command) const {
     const std::string name = name_in(command, "receiver");
-    return name.empty() ? context.receivers.front() : named(name, context.receivers);
+    return name.empty() ? context.receivers.front() : entry_named(context.receivers, name, "receiver");
   }
 
   Json help(const Json&) {

@@ -381,9 +381,7 @@ std::shared_ptr<WorldScene> WorldScene::of(const void* world, const Options& opt
   static auto& mutex = *new std::mutex;
   static auto& known = *new std::vector<KnownModel>;
   const std::lock_guard lock(mutex);
-  known.erase(
-      std::remove_if(known.begin(), known.end(), [](const KnownModel& k) { return k.scene.expired(); }),
-      known.end());
+  std::erase_if(known, [](const KnownModel& k) { return k.scene.expired(); });
   for (const KnownModel& other : known) {
     std::shared_ptr<WorldScene> scene = other.scene.lock();
     if (scene && other.world == world && scene->impl_->options == options) return scene;

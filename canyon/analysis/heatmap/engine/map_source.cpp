@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <cassert>
 #include <cmath>
+#include <memory>
 #include <utility>
 
 #include "canyon/base/geodesy/constants.hpp"

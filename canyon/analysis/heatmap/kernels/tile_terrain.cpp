@@ -13,7 +13,6 @@ namespace {
 
 using city::cross;
 using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 /// Fraction of a triangle's size within which cells beyond its edges belong to it: rounding leaves no gaps.
 constexpr double kSeam = 1e-9;
