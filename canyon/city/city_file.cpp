@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <zlib.h>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>

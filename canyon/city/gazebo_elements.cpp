@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>

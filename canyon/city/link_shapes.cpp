@@ -1,7 +1,6 @@
 #include "canyon/city/link_shapes.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,6 @@
 #include "canyon/city/mesh_topology.hpp"
 
-#include <Eigen/Geometry>
 #include <numeric>
-#include <span>
 #include <unordered_map>
 #include <utility>
 

@@ -1,10 +1,8 @@
 #include "canyon/receiver/channel_bank.hpp"
 
 #include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace canyon::receiver {
 

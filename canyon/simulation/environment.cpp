@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <string>
-#include <utility>
 
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/input_error.hpp"

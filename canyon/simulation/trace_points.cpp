@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <vector>
 
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/input_error.hpp"

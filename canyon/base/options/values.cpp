@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <algorithm>
 
-#include "canyon/base/options/visitor.hpp"
-
 namespace canyon::options {
 
 void Checker::field(const Field& field, Value& value) {

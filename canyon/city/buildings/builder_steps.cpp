@@ -1,7 +1,6 @@
 #include "canyon/city/buildings/builder_steps.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,6 @@
 #include "canyon/city/meshes/mesh_scene.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <fstream>

@@ -1,7 +1,6 @@
 #include "canyon/city/raytrace/ray_scene.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
 
 #include <cassert>
 #include <cmath>

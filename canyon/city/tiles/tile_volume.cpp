@@ -1,7 +1,6 @@
 #include "canyon/city/tiles/tile_volume.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>

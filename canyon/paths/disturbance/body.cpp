@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/city/mesh_topology.hpp"

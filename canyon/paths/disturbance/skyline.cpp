@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/base/random.hpp"
 #include "canyon/paths/propagation/index/knife_edge.hpp"
 
 namespace canyon::disturbance {

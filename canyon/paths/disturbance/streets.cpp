@@ -9,7 +9,6 @@
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/random.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/paths/propagation/paths.hpp"
 
 namespace canyon::disturbance {
 

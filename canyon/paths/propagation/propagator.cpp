@@ -1,11 +1,9 @@
 #include "canyon/paths/propagation/propagator.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <map>
-#include <vector>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/city/city.hpp"
@@ -13,7 +11,6 @@
 #include "canyon/paths/propagation/index/antenna_cache.hpp"
 #include "canyon/paths/propagation/index/foliage_volumes.hpp"
 #include "canyon/paths/propagation/index/per_instance.hpp"
-#include "canyon/paths/propagation/paths.hpp"
 #include "canyon/paths/propagation/second_order.hpp"
 
 namespace canyon::propagation {

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <tuple>
 
-#include "canyon/paths/propagation/paths.hpp"
-
 namespace canyon::propagation {
 namespace {
 

@@ -10,7 +10,6 @@
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/options/visitor.hpp"
 #include "canyon/paths/propagation/index/knife_edge.hpp"
-#include "canyon/paths/signal/radio_materials.hpp"
 
 namespace canyon::signal {
 

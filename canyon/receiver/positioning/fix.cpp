@@ -8,10 +8,8 @@
 #include <utility>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/statistics.hpp"
-#include "canyon/receiver/positioning/least_squares.hpp"
 #include "canyon/receiver/positioning/pseudorange_model.hpp"
 
 namespace canyon::positioning {

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/QR>
-#include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <limits>
 
 #include "canyon/base/input_error.hpp"

@@ -14,7 +14,6 @@
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/options/visitor.hpp"
 #include "canyon/receiver/positioning/least_squares.hpp"
-#include "canyon/receiver/positioning/range_terms.hpp"
 
 namespace canyon::positioning {
 

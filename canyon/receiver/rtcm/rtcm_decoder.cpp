@@ -5,12 +5,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <utility>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
-#include "canyon/receiver/rtcm/frames.hpp"
 #include "canyon/sky/broadcast/bits.hpp"
 #include "canyon/sky/rinex/observation_reader.hpp"
 

@@ -2,10 +2,6 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
-#include <span>
-#include <utility>
-#include <vector>
 
 namespace canyon::rtk {
 namespace {

@@ -5,14 +5,12 @@
 #include <cmath>
 #include <iterator>
 #include <utility>
-#include <vector>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/geodesy/frames.hpp"
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/receiver/positioning/least_squares.hpp"
-#include "canyon/receiver/rtk/rtk_filter.hpp"
 
 namespace canyon::rtk {
 

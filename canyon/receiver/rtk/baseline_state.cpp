@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 
 #include "canyon/base/arithmetic.hpp"
 #include "canyon/base/geodesy/constants.hpp"

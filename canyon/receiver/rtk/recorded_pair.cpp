@@ -10,8 +10,6 @@
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/statistics.hpp"
 #include "canyon/receiver/positioning/least_squares.hpp"
-#include "canyon/receiver/rtk/rtk_filter.hpp"
-#include "canyon/sky/gnss/signals.hpp"
 
 namespace canyon::rtk {
 

@@ -1,7 +1,6 @@
 #include "canyon/receiver/tracking/batch_code_lock.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "canyon/base/arithmetic.hpp"

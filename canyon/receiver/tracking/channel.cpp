@@ -8,8 +8,6 @@
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
-#include "canyon/receiver/tracking/channel_fading.hpp"
-#include "canyon/receiver/tracking/loop_noise.hpp"
 
 namespace canyon::tracking {
 namespace {

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "canyon/base/geodesy/constants.hpp"
-#include "canyon/receiver/tracking/noise.hpp"
 
 namespace canyon::tracking {
 

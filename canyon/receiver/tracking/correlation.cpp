@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <cmath>
 #include <complex>
 
 #include "canyon/base/geodesy/constants.hpp"

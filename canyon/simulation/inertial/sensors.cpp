@@ -1,7 +1,6 @@
 #include "canyon/simulation/inertial/sensors.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "canyon/base/options/values.hpp"

@@ -1,7 +1,6 @@
 #include "canyon/simulation/motion/pose.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>

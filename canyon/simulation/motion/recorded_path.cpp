@@ -6,18 +6,15 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <optional>
 #include <utility>
 
 #include "canyon/base/file_kind.hpp"
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"
-#include "canyon/base/text_file.hpp"
 #include "canyon/simulation/motion/csv_track.hpp"
 #include "canyon/simulation/motion/nmea_fixes.hpp"
 #include "canyon/simulation/motion/track_file.hpp"
-#include "canyon/simulation/motion/trajectory.hpp"
 
 namespace canyon::simulation {
 

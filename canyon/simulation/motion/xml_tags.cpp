@@ -1,7 +1,6 @@
 #include "canyon/simulation/motion/xml_tags.hpp"
 
 #include <algorithm>
-#include <string>
 
 #include "canyon/base/text.hpp"
 

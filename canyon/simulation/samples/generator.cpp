@@ -8,7 +8,6 @@
 #include <cmath>
 #include <complex>
 #include <limits>
-#include <memory>
 #include <optional>
 
 #include "canyon/base/geodesy/constants.hpp"

@@ -11,7 +11,6 @@
 #include "canyon/base/options/values.hpp"
 #include "canyon/base/options/visitor.hpp"
 #include "canyon/base/text_file.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/scenario/scenario_fields.hpp"
 
 namespace canyon::simulation {

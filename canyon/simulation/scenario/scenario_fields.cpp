@@ -15,7 +15,6 @@
 #include "canyon/simulation/motion/csv_track.hpp"
 #include "canyon/simulation/motion/trajectory.hpp"
 #include "canyon/simulation/scenario/profile.hpp"
-#include "canyon/simulation/scenario/scenario.hpp"
 
 namespace canyon::simulation {
 

@@ -1,7 +1,6 @@
 #include "canyon/city/buildings/sources/city_model.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,6 @@
 #include "canyon/city/buildings/sources/map_data.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,6 @@
 #include "canyon/city/buildings/sources/terrain.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>

@@ -17,7 +17,6 @@
 #include "canyon/paths/disturbance/faults/satellite_faults.hpp"
 #include "canyon/paths/disturbance/faults/spoofing.hpp"
 #include "canyon/paths/disturbance/faults/transmitter.hpp"
-#include "canyon/sky/orbit/sky.hpp"
 
 namespace canyon::disturbance {
 

@@ -9,7 +9,6 @@
 #include <cmath>
 #include <span>
 #include <string_view>
-#include <vector>
 
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/base/input_error.hpp"
@@ -17,7 +16,6 @@
 #include "canyon/base/options/visitor.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/paths/propagation/index/knife_edge.hpp"
-#include "canyon/paths/propagation/paths.hpp"
 #include "canyon/paths/signal/radio_materials.hpp"
 
 namespace canyon::disturbance {

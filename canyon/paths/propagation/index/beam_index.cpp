@@ -1,8 +1,6 @@
 #include "canyon/paths/propagation/index/beam_index.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 

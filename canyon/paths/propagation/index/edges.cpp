@@ -1,11 +1,9 @@
 #include "canyon/paths/propagation/index/edges.hpp"
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <span>
 #include <tuple>
 #include <utility>
 

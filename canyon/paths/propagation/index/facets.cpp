@@ -1,6 +1,5 @@
 #include "canyon/paths/propagation/index/facets.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -11,7 +10,6 @@
 #include "canyon/base/geodesy/constants.hpp"
 #include "canyon/city/city.hpp"
 #include "canyon/city/mesh_topology.hpp"
-#include "canyon/paths/propagation/index/bounds_blocks.hpp"
 
 namespace canyon::propagation {
 namespace {

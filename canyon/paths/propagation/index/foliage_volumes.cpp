@@ -1,6 +1,5 @@
 #include "canyon/paths/propagation/index/foliage_volumes.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>

@@ -1,6 +1,5 @@
 #include "canyon/receiver/positioning/fusion/inertial_errors.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "canyon/base/geodesy/constants.hpp"
