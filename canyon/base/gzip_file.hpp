@@ -7,7 +7,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/base/text.hpp"

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "canyon/paths/disturbance/disturbance.hpp"
 #include "canyon/paths/propagation/paths.hpp"

@@ -4,8 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <optional>
-#include <string>
 
 #include "canyon/city/buildings/city_builder.hpp"
 #include "canyon/city/fwd.hpp"

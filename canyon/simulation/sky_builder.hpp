@@ -2,8 +2,6 @@
 
 #include <memory>
 #include <span>
-#include <string>
-#include <vector>
 
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/fwd.hpp"

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <string>
 
 #include "canyon/base/arithmetic.hpp"
 #include "canyon/base/geodesy/constants.hpp"

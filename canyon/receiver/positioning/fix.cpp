@@ -1,6 +1,5 @@
 #include "canyon/receiver/positioning/fix.hpp"
 
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>

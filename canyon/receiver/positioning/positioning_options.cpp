@@ -1,7 +1,6 @@
 // Weights of pseudoranges.
 #include "canyon/receiver/positioning/positioning_options.hpp"
 
-#include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
 

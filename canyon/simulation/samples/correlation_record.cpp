@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "canyon/base/input_error.hpp"
 #include "canyon/paths/signal/path_strength.hpp"

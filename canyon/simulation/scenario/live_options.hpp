@@ -2,10 +2,8 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "canyon/base/geodesy/gps_time.hpp"

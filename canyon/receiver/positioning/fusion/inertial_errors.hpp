@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <cmath>
 
 #include "canyon/base/geodesy/gps_time.hpp"
 #include "canyon/receiver/positioning/fusion/dead_reckoning.hpp"
