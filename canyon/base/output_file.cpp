@@ -28,10 +28,6 @@ constexpr std::string_view kPartMark = ".part-", kPartLetters = "0123456789abcde
 constexpr std::size_t kPartRandom = 12;
 constexpr std::string_view kListHead = "# files of canyon ";
 
-bool is_the_machine(int code) {
-  return code == ENOSPC || code == EDQUOT || code == EIO || code == EMFILE || code == ENFILE;
-}
-
 [[noreturn]] void throw_failure(const fs::path& path, std::string_view what, int code) {
   throw OutputError(path, 0, std::string(what) + ": " + std::strerror(code != 0 ? code : EIO),
                     code == ENOSPC                     ? "free disk space and run again"
@@ -122,7 +118,8 @@ Temporary::Temporary(fs::path path, Kind kind)
       ::close(std::exchange(handle_, -1));  // another process removed it before it was locked
     } else if (const int code = errno; code != EEXIST) {
       files_->remove_output(noted_);
-      if (is_the_machine(code)) throw_failure(path_, "cannot be written", code);
+      if (code == ENOSPC || code == EDQUOT || code == EIO || code == EMFILE || code == ENFILE)
+        throw_failure(path_, "cannot be written", code);
       throw InputError(path_, 0,
                        (kind == Kind::Folder ? "folder cannot be made: " : "cannot be written: ") +
                            std::string(std::strerror(code)),

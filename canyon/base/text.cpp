@@ -20,12 +20,6 @@ bool is_blank(char c) {
   return c == ' ' || c == '\t' || c == '\r' || c == '\n';
 }
 
-// GCC 10 has no std::from_chars for double; strtod follows the program's locale, strtod_l does not.
-locale_t c_locale() {
-  static const locale_t locale = newlocale(LC_ALL_MASK, "C", nullptr);
-  return locale;
-}
-
 /// The value of a sign, up to 15 digits and a point, the form of most numbers in files. Digits and power of
 /// ten are exact doubles, so their quotient is the nearest double, as with strtod. Empty for any other text.
 std::optional<double> plain_decimal(std::string_view text) {
@@ -75,10 +69,6 @@ std::string markdown_line(const TextRow& cells) {
     line += " |";
   }
   return line + '\n';
-}
-
-bool is_number(const std::string& cell) {
-  return cell.empty() || cell == "-" || parse_double(cell);
 }
 
 constexpr std::size_t kMark = 2;  // bytes
@@ -140,7 +130,9 @@ std::optional<double> parse_double(std::string_view text) {
   buffer[n] = '\0';
   char* end = nullptr;
   errno = 0;
-  const double value = strtod_l(buffer, &end, c_locale());
+  // GCC 10 has no std::from_chars for double; strtod follows the program's locale, strtod_l does not.
+  static const locale_t c_locale = newlocale(LC_ALL_MASK, "C", nullptr);
+  const double value = strtod_l(buffer, &end, c_locale);
   if (end != buffer + n || !std::isfinite(value)) return std::nullopt;
   return value;
 }
@@ -205,7 +197,8 @@ std::string text_table(const TextRow& head, const std::vector<TextRow>& rows, co
     for (const TextRow& row : rows) {
       if (c >= row.size()) continue;
       column.width = std::max(column.width, display_width(row[c]));
-      if (!style.words && !is_number(row[c])) column.left = true;
+      const bool number = row[c].empty() || row[c] == "-" || parse_double(row[c]);
+      if (!style.words && !number) column.left = true;
     }
     whole += column.width + (c > 0 ? 2 : 0);
   }

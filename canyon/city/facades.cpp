@@ -38,11 +38,6 @@ constexpr std::array<FacadeType, 9> kTypes{{{"coated_glass", Material::Metal},
 
 constexpr double kSteepest_cos = 0.5;  // of a roof, 60 deg
 
-bool is_wall(const Mesh& mesh, std::uint32_t triangle) {
-  const Eigen::Vector3d normal = normal_of(mesh.vertices, mesh.triangles[triangle]);
-  return std::abs(normal.z()) <= kSteepest_cos * normal.norm();
-}
-
 const FacadeType& draw(const std::map<std::string, double>& fractions, double uniform) {
   double sum = 0;
   const FacadeType* last = nullptr;
@@ -144,7 +139,8 @@ std::string assign_facades(City& city, const FacadeOptions& options, bool keep_n
                                   RandomStream(seed, "facades/" + building.key).uniform());
     std::size_t walls = 0, dressed = 0;
     for (const std::uint32_t triangle : building.triangles) {
-      if (!is_wall(mesh, triangle)) continue;
+      const Eigen::Vector3d normal = normal_of(mesh.vertices, mesh.triangles[triangle]);
+      if (!(std::abs(normal.z()) <= kSteepest_cos * normal.norm())) continue;  // not a wall
       ++walls;
       Material& material = mesh.materials[triangle];
       if (keep_named && material != Material::Unknown) continue;

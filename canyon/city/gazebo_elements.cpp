@@ -127,10 +127,6 @@ std::vector<double> child_numbers(const SdfFile& source, const Element& shape, c
 constexpr double kMaxPose_m = 1e6;
 constexpr std::size_t kDeepestName = 16;
 
-bool is_frame(std::string_view kind) {
-  return kind == "link" || kind == "model" || kind == "frame" || kind == "joint" || kind == "include";
-}
-
 /// The frame named by an element's <pose>; empty for its parent. Before SDF 1.7 the attribute is `frame`.
 std::string relative_to(const Element& element) {
   const Element* const pose = element.FirstChildElement("pose");
@@ -235,7 +231,9 @@ Affine3d Frames::named(const Scope& scope, std::string_view name, const Element&
   const std::string_view first = name.substr(0, colons);
   std::string known;
   for (const Element* e = scope.element->FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
-    if (!is_frame(e->Name())) continue;
+    const std::string_view kind = e->Name();
+    if (kind != "link" && kind != "model" && kind != "frame" && kind != "joint" && kind != "include")
+      continue;
     const std::string own = name_of(scope, *e);
     if (own != first) {
       if (known.size() < 100) known += fmt::format("{}'{}'", known.empty() ? "" : ", ", own);
@@ -243,7 +241,6 @@ Affine3d Frames::named(const Scope& scope, std::string_view name, const Element&
     }
     Affine3d pose = child_pose(scope, *e);
     if (colons == std::string_view::npos) return pose;
-    const std::string_view kind = e->Name();
     const Scope inner = kind == "include" ? open_(*scope.source, *e) : Scope{scope.source, e};
     if (inner.element == nullptr || depth > kDeepestName) break;
     return pose * named(inner, name.substr(colons + 2), user, depth + 1);

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
-#include <numeric>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -35,15 +34,12 @@ struct Link {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();  ///< whole metres
 };
 
-std::size_t triangles_of(const std::vector<Object>& objects) {
-  return std::accumulate(objects.begin(), objects.end(), std::size_t{0},
-                         [](std::size_t sum, const Object& object) { return sum + object.triangle_count; });
-}
-
 /// Halves the objects across their longer side until each group is small enough.
 void split_by_location(const Mesh& mesh, std::vector<Object> objects, std::size_t maximum,
                        std::vector<std::vector<Object>>& groups) {
-  if (objects.size() < 2 || triangles_of(objects) <= maximum) {
+  std::size_t triangles = 0;
+  for (const Object& object : objects) triangles += object.triangle_count;
+  if (objects.size() < 2 || triangles <= maximum) {
     if (!objects.empty()) groups.push_back(std::move(objects));
     return;
   }
@@ -235,13 +231,6 @@ std::string world_text(const City& city, const std::vector<Link>& links, const s
   return text + "  </world>\n</sdf>\n";
 }
 
-/// Keeps letters, digits, '_', '-' and '.'.
-std::string plain_name(std::string name) {
-  std::replace_if(
-      name.begin(), name.end(), [](char c) { return !is_gazebo_name_character(c); }, '_');
-  return name;
-}
-
 }  // namespace
 
 void GazeboOptions::validate() const {
@@ -285,7 +274,9 @@ void write_gazebo_world(const std::filesystem::path& path, const City& city, con
   check_city(path, city);
   std::error_code error;
   if (std::filesystem::is_directory(path, error)) throw InputError(path, 0, "is a folder");
-  const std::string name = plain_name(path.stem().string()) + "_model";
+  std::string name = path.stem().string() + "_model";
+  for (char& c : name)
+    if (!is_gazebo_name_character(c)) c = '_';
   const std::filesystem::path folder = path.parent_path() / name;
   const std::vector<Link> links = links_of(city.mesh, options.triangles_per_mesh);
   OutputFile world(path);

@@ -35,14 +35,6 @@ constexpr std::array<MaterialLook, 10> kMaterials{{{"unknown", {0.65, 0.65, 0.65
                                                    {"ground", {0.36, 0.40, 0.31}},
                                                    {"foliage", {0.24, 0.42, 0.18}}}};
 
-unsigned char byte_at(std::string_view text, std::size_t at) {
-  return at < text.size() ? static_cast<unsigned char>(text[at]) : static_cast<unsigned char>(0);
-}
-
-bool is_alphanumeric(unsigned char c) {
-  return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
-}
-
 /// Value of an escape "_x1F00_" at `at`.
 std::optional<unsigned> escape_at(std::string_view text, std::size_t at) {
   if (at + 7 > text.size() || text[at] != '_' || text[at + 1] != 'x' || text[at + 6] != '_')
@@ -68,7 +60,8 @@ bool holds(NameCharacters characters, unsigned char c, bool first) {
       return c > 0x20 && c != 0x7F && c != '\\' && c != '#';
     case NameCharacters::XmlName:
       if (first && (c < 'A' || c == '_')) return c == '_';
-      return is_alphanumeric(c) || c == '_' || c == '-' || c == '.';
+      return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '_' ||
+             c == '-' || c == '.';
   }
   return false;
 }
@@ -76,7 +69,7 @@ bool holds(NameCharacters characters, unsigned char c, bool first) {
 std::string escaped(std::string_view text, NameCharacters characters) {
   std::string result;
   for (std::size_t at = 0; at < text.size();) {
-    const unsigned char c = byte_at(text, at);
+    const auto c = static_cast<unsigned char>(text[at]);
     const std::size_t length = utf8_length(text, at);
     if (length > 1) {
       result += text.substr(at, length);

@@ -108,12 +108,6 @@ void check_calendar(const CalendarTime& c, int max_second) {
   check_field("nanosecond", c.nanosecond, 0, 999'999'999);
 }
 
-/// Seconds since 1980-01-06 00:00 on the calendar's time scale, without leap seconds.
-std::int64_t linear_seconds(const CalendarTime& c) {
-  return (days_from_civil(c.year, c.month, c.day) - kGpsEpochDays) * kSecondsPerDay +
-         std::int64_t{c.hour} * 3600 + std::int64_t{c.minute} * 60 + c.second;
-}
-
 /// Calendar date and time plus `offset` (whole minutes); second 60 stays second 60.
 CalendarTime shifted(const CalendarTime& c, std::chrono::minutes offset) {
   check_calendar(c, 60);
@@ -201,7 +195,10 @@ CalendarTime calendar_from_gps(GpsTime t) {
 
 GpsTime gps_from_calendar(const CalendarTime& gpst) {
   check_calendar(gpst, 59);
-  return GpsTime::from_nanoseconds(linear_seconds(gpst) * GpsTime::kNanosecondsPerSecond + gpst.nanosecond);
+  const std::int64_t seconds =
+      (days_from_civil(gpst.year, gpst.month, gpst.day) - kGpsEpochDays) * kSecondsPerDay +
+      std::int64_t{gpst.hour} * 3600 + std::int64_t{gpst.minute} * 60 + gpst.second;
+  return GpsTime::from_nanoseconds(seconds * GpsTime::kNanosecondsPerSecond + gpst.nanosecond);
 }
 
 CalendarTime utc_from_gps(GpsTime t) {

@@ -17,10 +17,6 @@
 namespace canyon::transport {
 namespace {
 
-std::string error_text(int error) {
-  return error_code(error, asio::error::get_system_category()).message();
-}
-
 /// A terminal device: the common part that sends, buffers and receives.
 class Terminal : public BufferedTransport {
  public:
@@ -117,9 +113,9 @@ class PseudoTerminal final : public Terminal {
     std::array<char, 256> name{};
     if (master < 0 || grantpt(master) != 0 || unlockpt(master) != 0 ||
         ptsname_r(master, name.data(), name.size()) != 0) {
-      const int error = errno;
+      const error_code error(errno, asio::error::get_system_category());
       if (master >= 0) close(master);
-      throw InputError("cannot open a pseudo-terminal: " + error_text(error));
+      throw InputError("cannot open a pseudo-terminal: " + error.message());
     }
     device_.assign(master);
     claim_terminal(device_);

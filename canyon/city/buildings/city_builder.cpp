@@ -32,11 +32,6 @@ struct LocatedFeature {
   std::optional<std::size_t> building;  // of a part
 };
 
-bool is_area(const MapFeature& feature) {
-  return feature.kind == FeatureKind::Building || feature.kind == FeatureKind::Part ||
-         feature.kind == FeatureKind::Wood;
-}
-
 class Builder {
   using Level = ReadReport::Level;
 
@@ -123,7 +118,7 @@ class Builder {
           bounds_.extend(Point2(map_frame_.mesh_from_map(corner.head<2>(), corner.z()).head<2>()));
       return;
     }
-    if (!is_area(feature)) {
+    if (!built.part && feature.kind != FeatureKind::Building && feature.kind != FeatureKind::Wood) {
       (void)local_ring(feature.line);
       return;
     }

@@ -113,11 +113,6 @@ Json properties_of(const city::Mesh& mesh, const BuiltFeature& feature) {
   return p;
 }
 
-/// Buildings are ways and relations; a single node is a tree.
-bool is_tree(const city::Mesh& mesh, const BuiltFeature& feature) {
-  return feature.footprint.empty() && (is_foliage(mesh, feature) || feature.id.rfind("node/", 0) == 0);
-}
-
 }  // namespace
 
 std::string format_footprints_geojson(const BuiltCity& built) {
@@ -126,7 +121,8 @@ std::string format_footprints_geojson(const BuiltCity& built) {
       "{\"type\":\"FeatureCollection\",\"name\":" + Json(built.city.name).dump() + ",\"features\":[";
   bool first = true;
   for (const BuiltFeature& feature : built.features) {
-    if (is_tree(mesh, feature)) continue;
+    // Buildings are ways and relations; a single node is a tree.
+    if (feature.footprint.empty() && (is_foliage(mesh, feature) || feature.id.starts_with("node/"))) continue;
     text += first ? "\n" : ",\n";
     first = false;
     text += Json{{"type", "Feature"},

@@ -91,9 +91,6 @@ constexpr double kNear_m = 1e-3;
 Edge edge(std::uint32_t from, std::uint32_t to) {
   return (static_cast<Edge>(from) << 32) | to;
 }
-Edge opposite(Edge e) {
-  return (e << 32) | (e >> 32);
-}
 
 /// The lower envelope of planes over a plan. Planes are added one after another: each vertex stores by how
 /// much the new plane is higher, edges on which this value changes its sign get one vertex, triangles are
@@ -240,7 +237,8 @@ class Envelope {
     std::vector<std::uint32_t> leaving(points_.size(), 0);  // borders that leave each vertex
     std::vector<char> on_rim(points_.size(), 0);
     for (std::uint32_t h = 0; h < count; ++h) {
-      const auto twin = half_edges.find(opposite(directed(h)));
+      const Edge e = directed(h);
+      const auto twin = half_edges.find((e << 32) | (e >> 32));
       if (twin == half_edges.end()) {
         on_rim[triangles_[h / 3][h % 3]] = 1;
       } else {

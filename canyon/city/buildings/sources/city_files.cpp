@@ -166,11 +166,6 @@ ByteReader open_tile(const Tile& tile) {
   return bytes;
 }
 
-ModelKind kind_of(const Tile& tile) {
-  if (tile.inside.empty()) return model_kind(tile.path);
-  return model_kind_of_text(first_bytes(open_tile(tile), std::size_t{1} << 16));
-}
-
 /// The files in an archive, in the order of their names.
 std::vector<Tile> tiles_of_archive(const std::filesystem::path& archive) {
   const gdal::Quiet quiet;
@@ -258,7 +253,9 @@ class CityFiles {
  private:
   /// Returns false for files that are not city models.
   bool read_tile(const Tile& tile, bool many) {
-    const ModelKind kind = kind_of(tile);
+    const ModelKind kind = tile.inside.empty()
+                               ? model_kind(tile.path)
+                               : model_kind_of_text(first_bytes(open_tile(tile), std::size_t{1} << 16));
     if (kind != ModelKind::CityGml && kind != ModelKind::CityJson && many) {
       ++foreign_;
       return false;

@@ -29,12 +29,6 @@ constexpr const char* kGridHint =
     "give the geoid's undulation at this position in metres (geoid_undulation_m, --geoid-undulation), or "
     "install the grid (Debian: proj-data for EGM96; others: geographiclib-get-geoids or projsync)";
 
-/// A compound system for GDAL; empty for ByFile.
-std::string compound_name(GeoidModel model) {
-  if (model == GeoidModel::ByFile) return {};
-  return fmt::format("EPSG:4326+{}", kKnownGeoids.at(static_cast<std::size_t>(model) - 1).epsg);
-}
-
 std::unique_ptr<GeographicLib::Geoid> geographiclib_geoid(int epsg) {
   for (const KnownGeoid& known : kKnownGeoids) {
     if (known.epsg != epsg) continue;
@@ -58,11 +52,6 @@ std::string vertical_name(OGRSpatialReferenceH reference) {
   std::string text = name != nullptr ? name : "unnamed heights";
   if (authority != nullptr && code != nullptr) text += fmt::format(" ({}:{})", authority, code);
   return text;
-}
-
-int vertical_epsg(OGRSpatialReferenceH reference) {
-  const char* code = OSRGetAuthorityCode(reference, "VERT_CS");
-  return code != nullptr ? std::atoi(code) : 0;
 }
 
 }  // namespace
@@ -99,7 +88,9 @@ Geoid::Geoid(const Heights& heights) {
     }
   }
   const bool by_user = !compound && !ellipsoidal && heights.prescribed.empty();
-  const std::string datum = by_user ? compound_name(heights.options.geoid) : heights.prescribed;
+  std::string datum = heights.prescribed;
+  if (const GeoidModel model = heights.options.geoid; by_user && model != GeoidModel::ByFile)
+    datum = fmt::format("EPSG:4326+{}", kKnownGeoids.at(static_cast<std::size_t>(model) - 1).epsg);
   bool prescribed = false;
   if (!compound && !ellipsoidal && !datum.empty()) {
     reference = gdal::spatial_reference(datum);
@@ -148,7 +139,8 @@ Geoid::Geoid(const Heights& heights) {
   if (grid->compound_from_wgs84) {
     note_ = fmt::format("{}: heights above {}; geoid added by PROJ's grid", file, why);
   } else {
-    grid->geographiclib = geographiclib_geoid(vertical_epsg(reference.get()));
+    const char* code = OSRGetAuthorityCode(reference.get(), "VERT_CS");
+    grid->geographiclib = geographiclib_geoid(code != nullptr ? std::atoi(code) : 0);
     if (!grid->geographiclib && !by_user && heights.options.geoid != GeoidModel::ByFile) {
       *this = Geoid(Heights{heights.file, nullptr, {}, metres_per_unit_, heights.options, true});
       note_ += fmt::format("; the file's own, {}, has no grid installed", why);

@@ -39,16 +39,6 @@ bool holds_coordinates(std::string_view name) {
   return is_one_of(name, {"posList", "pos", "coordinates", "lowerCorner", "upperCorner"});
 }
 
-/// Whether an element passes its points to its parent: all from the numbers up to the ring.
-bool passes_points_up(std::string_view name) {
-  return is_one_of(name, {"posList", "pos", "coordinates", "coord", "pointProperty", "LineString", "Curve",
-                          "LineStringSegment", "segments", "curveMember"});
-}
-
-bool is_polygon_name(std::string_view name) {
-  return is_one_of(name, {"Polygon", "PolygonPatch", "Triangle", "Rectangle"});
-}
-
 std::string_view local_name(const char* name) {
   const char* colon = std::strrchr(name, ':');
   return colon == nullptr ? name : colon + 1;
@@ -229,7 +219,9 @@ class GmlParser {
   }
 
   static void hand_up(GmlElement element, GmlElement& parent) {
-    if (passes_points_up(element.name)) {
+    // All from the numbers up to the ring pass their points to their parent.
+    if (is_one_of(element.name, {"posList", "pos", "coordinates", "coord", "pointProperty", "LineString",
+                                 "Curve", "LineStringSegment", "segments", "curveMember"})) {
       append(parent.positions, element.positions);
     } else if (element.name == "LinearRing" || element.name == "Ring") {
       const bool whole = std::all_of(element.positions.begin(), element.positions.end(),
@@ -245,7 +237,7 @@ class GmlParser {
       parent.rings.insert(parent.rings.end(), std::make_move_iterator(element.rings.begin()),
                           std::make_move_iterator(element.rings.end()));
     } else {
-      if (is_polygon_name(element.name)) {
+      if (is_one_of(element.name, {"Polygon", "PolygonPatch", "Triangle", "Rectangle"})) {
         element.children.clear();
         element.children.shrink_to_fit();
         if (element.rings.empty() && element.href.empty()) element.rings.emplace_back();

@@ -82,11 +82,6 @@ bool has_surfaces(std::string_view property) {
          kind != "PointCloud" && kind != "Network";
 }
 
-/// Whether a thematic surface is visible only from rooms.
-bool is_inside(std::string_view surface) {
-  return surface == "InteriorWallSurface" || surface == "CeilingSurface" || surface == "FloorSurface";
-}
-
 /// The older names of semantics renamed in CityGML 3.0.
 std::string_view semantic_name(std::string_view surface) {
   if (surface == "WindowSurface") return "Window";
@@ -161,8 +156,12 @@ std::map<int, GmlDetail> GmlFaces::details_of(const GmlElement& object) {
     relief_lod = static_cast<int>(std::clamp(parse_integer(lod->text).value_or(0), 0LL, 4LL));
   for (const GmlElement& property : object.children) {
     if (property.name == "boundedBy" || property.name == "boundary") {
-      for (const GmlElement& surface : property.children)
-        if (!is_gml_object(surface.name) && !is_inside(surface.name)) add_thematic(surface, details, 0);
+      for (const GmlElement& surface : property.children) {
+        const std::string& name = surface.name;
+        const bool inside =  // visible only from rooms
+            name == "InteriorWallSurface" || name == "CeilingSurface" || name == "FloorSurface";
+        if (!inside && !is_gml_object(name)) add_thematic(surface, details, 0);
+      }
     } else if (property.name == "tin") {
       collect(property, {}, 0, details[relief_lod].own);
     } else {
@@ -293,10 +292,6 @@ bool only_holds_others(std::string_view name) {
   return name == "ReliefFeature" || name == "CityObjectGroup";
 }
 
-bool is_part(std::string_view name) {
-  return name == "BuildingPart" || name == "BridgePart" || name == "TunnelPart";
-}
-
 class GmlObjectReader {
  public:
   GmlObjectReader(const GmlElement& root, const GmlLibrary& library, CityModel& model)
@@ -312,7 +307,8 @@ class GmlObjectReader {
     for (const GmlElement& property : element.children) {
       for (const GmlElement& child : property.children) {
         if (!is_gml_object(child.name)) continue;
-        object.has_parts = object.has_parts || is_part(child.name);
+        object.has_parts = object.has_parts || child.name == "BuildingPart" || child.name == "BridgePart" ||
+                           child.name == "TunnelPart";
         read(child, only_holds_others(element.name) ? std::string() : object.id);
       }
     }

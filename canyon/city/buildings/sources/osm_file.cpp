@@ -220,11 +220,6 @@ std::string osm_xml_from_overpass(const std::filesystem::path& path, std::string
 /// Larger files are passed to libosmium unchanged, in pieces: editors do not save larger maps.
 constexpr std::uintmax_t kMaxEdited = std::uintmax_t{1} << 26;
 
-/// libosmium's format name for a file that is not PBF, from its bytes.
-std::string format_of_xml(std::string_view head) {
-  return is_gzip(head) ? "osm.gz" : is_bzip2(head) ? "osm.bz2" : "osm";
-}
-
 /// Throws osmium::pbf_error for a blob without a type: libosmium would compare a null pointer.
 void check_blob_types(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
@@ -282,7 +277,8 @@ OsmFile open_osm_file(const std::filesystem::path& path) {
   if (head.empty()) throw InputError(path, 0, "is empty or cannot be read", "fetch the map again");
   // A PBF file begins with the length of a BlobHeader of type "OSMHeader".
   if (head[0] == '\0' && head.find("OSMHeader") != std::string::npos) return {path, "pbf", {}};
-  if (std::filesystem::file_size(path) > kMaxEdited) return {path, format_of_xml(head), {}};
+  if (std::filesystem::file_size(path) > kMaxEdited)
+    return {path, is_gzip(head) ? "osm.gz" : is_bzip2(head) ? "osm.bz2" : "osm", {}};
   const TextFile file(path);
   const std::string_view text = trim(file.text());
   if (text.starts_with('{')) return {path, "osm", osm_xml_from_overpass(path, text)};

@@ -110,19 +110,15 @@ void check_osm(std::string_view body, const OverpassOptions& options) {
   }
 }
 
-std::string box_text(const LonLatBox& box) {
-  return fmt::format("{:.7f},{:.7f},{:.7f},{:.7f}", box.south, box.west, box.north, box.east);
-}
-
 /// Overpass QL: building candidates, relations with such ways (old-style multipolygons, building relations),
 /// and all their members.
 std::string map_query(const LonLatBox& box, const OverpassOptions& options) {
   std::string query = fmt::format(
-      "[out:xml][timeout:{}][bbox:{}];\n"
+      "[out:xml][timeout:{}][bbox:{:.7f},{:.7f},{:.7f},{:.7f}];\n"
       "(way[\"building\"];way[\"building:part\"];)->.b;\n"
       "(.b;relation(bw.b)[\"type\"~\"^(multipolygon|building)$\"];relation[\"building\"];"
       "relation[\"building:part\"];relation[\"type\"=\"building\"];",
-      options.timeout_s, box_text(box));
+      options.timeout_s, box.south, box.west, box.north, box.east);
   if (options.foliage) {
     query +=
         "\nnode[\"natural\"=\"tree\"];way[\"natural\"~\"^(wood|tree_row)$\"];way[\"landuse\"=\"forest\"];"
