@@ -59,10 +59,56 @@ constexpr int kFewRedundant = 5;
 constexpr double kCodeRatio = 100;
 /// Innovations beyond this many standard deviations: a code is rejected, a phase has slipped.
 constexpr double kGateSigmas = 4;
-/// Obliquity factor of a thin layer at a height of 350 km.
-double obliquity(double elevation_rad) {
-  const double s = 6371.0 / (6371.0 + 350.0) * std::cos(elevation_rad);
-  return 1 / std::sqrt(1 - s * s);
+
+/// The base's observation of the same signal. If it is missing or has no phase, that of another component on
+/// that carrier, whose phase files and RTCM align (RINEX 3.04, 5.2.16), unless the rover has that component
+/// as well. Null if there is none.
+const ObservedMinusComputed* partner(const ObservedMinusComputed& r,
+                                     std::span<const ObservedMinusComputed> rover,
+                                     std::span<const ObservedMinusComputed> base) {
+  const auto at = std::lower_bound(base.begin(), base.end(), r, before);
+  const ObservedMinusComputed* const same = at != base.end() && !before(r, *at) ? &*at : nullptr;
+  if (same != nullptr && (same->phase_m || !r.phase_m)) return same;
+  const auto is_same_carrier = [&](const ObservedMinusComputed& o) {
+    return o.id == r.id && o.signal->carrier_hz == r.signal->carrier_hz && o.phase_m;
+  };
+  // A carrier's phase counts once.
+  const bool several = std::count_if(rover.begin(), rover.end(), is_same_carrier) > 1;
+  const auto other = std::find_if(base.begin(), base.end(), is_same_carrier);
+  return several || other == base.end() ? same : &*other;
+}
+
+/// Differences of all signals measured by both receivers; they refer to `rover`. `base` is in the order of
+/// before().
+/// @param age_s of the base's epoch
+std::vector<Difference> differences_of(std::span<const ObservedMinusComputed> rover,
+                                       std::span<const ObservedMinusComputed> base, double age_s) {
+  std::vector<Difference> differences;
+  for (const ObservedMinusComputed& r : rover) {
+    const ObservedMinusComputed* const b = partner(r, rover, base);
+    if (b == nullptr) continue;
+    Difference d;
+    d.rover = &r;
+    d.code_m = r.code_m - b->code_m;
+    d.has_phase = r.phase_m && b->phase_m;
+    if (d.has_phase) d.phase_m = *r.phase_m - *b->phase_m;
+    d.variance = kPhaseSigma_m * kPhaseSigma_m * (r.variance + b->variance);
+    d.age_variance = std::pow(kAgeing_mps * age_s, 2);
+    d.base_since = b->phase_since;
+    d.half_cycle = r.half_cycle || b->half_cycle;
+    d.aligned = r.aligned && b->aligned;
+    differences.push_back(d);
+  }
+  return differences;
+}
+
+/// Without signals of only one satellite, which determine nothing but their clock.
+Groups groups_of(const std::vector<Difference>& differences) {
+  Groups groups;
+  for (std::size_t i = 0; i < differences.size(); ++i) groups[differences[i].rover->signal].push_back(i);
+  for (auto group = groups.begin(); group != groups.end();)
+    group = group->second.size() < 2 ? groups.erase(group) : std::next(group);
+  return groups;
 }
 
 }  // namespace
@@ -182,7 +228,9 @@ void BaselineFilter::update_delays() {
       state_.slots[*slot].seen = time_;
       continue;
     }
-    const double sigma = ionosphere_sigma_m_ * obliquity(d.rover->elevation_rad);
+    // The obliquity factor of a thin layer at a height of 350 km.
+    const double s = 6371.0 / (6371.0 + 350.0) * std::cos(d.rover->elevation_rad);
+    const double sigma = ionosphere_sigma_m_ * (1 / std::sqrt(1 - s * s));
     state_.add({d.id(), nullptr, time_, time_, {}, {}, false, 0, 0}, 0, sigma * sigma);
   }
 }
@@ -465,57 +513,6 @@ void BaselineFilter::take_velocity(const Fix& alone) {
     state_.take(row, value, variance);
   }
   state_.mirror();
-}
-
-namespace {
-
-/// The base's observation of the same signal. If it is missing or has no phase, that of another component on
-/// that carrier, whose phase files and RTCM align (RINEX 3.04, 5.2.16), unless the rover has that component
-/// as well. Null if there is none.
-const ObservedMinusComputed* partner(const ObservedMinusComputed& r,
-                                     std::span<const ObservedMinusComputed> rover,
-                                     std::span<const ObservedMinusComputed> base) {
-  const auto at = std::lower_bound(base.begin(), base.end(), r, before);
-  const ObservedMinusComputed* const same = at != base.end() && !before(r, *at) ? &*at : nullptr;
-  if (same != nullptr && (same->phase_m || !r.phase_m)) return same;
-  const auto is_same_carrier = [&](const ObservedMinusComputed& o) {
-    return o.id == r.id && o.signal->carrier_hz == r.signal->carrier_hz && o.phase_m;
-  };
-  // A carrier's phase counts once.
-  const bool several = std::count_if(rover.begin(), rover.end(), is_same_carrier) > 1;
-  const auto other = std::find_if(base.begin(), base.end(), is_same_carrier);
-  return several || other == base.end() ? same : &*other;
-}
-
-}  // namespace
-
-std::vector<Difference> differences_of(std::span<const ObservedMinusComputed> rover,
-                                       std::span<const ObservedMinusComputed> base, double age_s) {
-  std::vector<Difference> differences;
-  for (const ObservedMinusComputed& r : rover) {
-    const ObservedMinusComputed* const b = partner(r, rover, base);
-    if (b == nullptr) continue;
-    Difference d;
-    d.rover = &r;
-    d.code_m = r.code_m - b->code_m;
-    d.has_phase = r.phase_m && b->phase_m;
-    if (d.has_phase) d.phase_m = *r.phase_m - *b->phase_m;
-    d.variance = kPhaseSigma_m * kPhaseSigma_m * (r.variance + b->variance);
-    d.age_variance = std::pow(kAgeing_mps * age_s, 2);
-    d.base_since = b->phase_since;
-    d.half_cycle = r.half_cycle || b->half_cycle;
-    d.aligned = r.aligned && b->aligned;
-    differences.push_back(d);
-  }
-  return differences;
-}
-
-Groups groups_of(const std::vector<Difference>& differences) {
-  Groups groups;
-  for (std::size_t i = 0; i < differences.size(); ++i) groups[differences[i].rover->signal].push_back(i);
-  for (auto group = groups.begin(); group != groups.end();)
-    group = group->second.size() < 2 ? groups.erase(group) : std::next(group);
-  return groups;
 }
 
 }  // namespace canyon::rtk

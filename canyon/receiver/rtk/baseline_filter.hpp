@@ -23,15 +23,6 @@ namespace canyon::rtk {
 /// Signals of a satellite are adjacent. For each signal, the indices of its differences.
 using Groups = std::map<const gnss::Signal*, std::vector<std::size_t>>;
 
-/// Differences of all signals measured by both receivers; they refer to `rover`. `base` is in the order of
-/// before().
-/// @param age_s of the base's epoch
-[[nodiscard]] std::vector<Difference> differences_of(std::span<const ObservedMinusComputed> rover,
-                                                     std::span<const ObservedMinusComputed> base,
-                                                     double age_s);
-/// Without signals of only one satellite, which determine nothing but their clock.
-[[nodiscard]] Groups groups_of(const std::vector<Difference>& differences);
-
 /// A Kalman filter of one baseline: position, velocity, ambiguities and delays from differences of rover and
 /// base, and integer ambiguities (equations: RtkFilter). Epochs in order of time; copies are independent.
 class BaselineFilter {
