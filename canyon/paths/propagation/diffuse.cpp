@@ -102,11 +102,6 @@ struct DiffuseScratch {
   std::vector<Class> classes;
 };
 
-DiffuseScratch& diffuse_scratch() {
-  static thread_local DiffuseScratch scratch;
-  return scratch;
-}
-
 /// Reflectance of each triangle; 0 if it does not scatter.
 std::vector<double> reflectances(const city::Mesh& mesh, std::optional<double> requested) {
   std::vector<double> result(mesh.triangles.size(), 0);
@@ -410,7 +405,8 @@ void DiffuseScattering::trace(const Vector3d& antenna, std::span<const Vector3d>
     any = true;
   }
   if (!any || impl_->scattered == 0) return;
-  DiffuseScratch& s = diffuse_scratch();
+  static thread_local DiffuseScratch scratch;
+  DiffuseScratch& s = scratch;
   impl_->look_around(antenna, s.patches);
   if (s.patches.empty()) return;
   s.arrays.fill(s.patches);

@@ -17,13 +17,6 @@ namespace {
 /// Electric constant [F/m], CODATA 2018.
 constexpr double kElectricConstant = 8.8541878128e-12;
 
-double checked_ghz(double frequency_hz) {
-  if (!(frequency_hz >= 1e9 && frequency_hz <= 10e9))
-    throw InputError(fmt::format("frequency of {} Hz is outside the material tables", frequency_hz),
-                     "give a carrier of 1e9 to 10e9 Hz");
-  return frequency_hz * 1e-9;
-}
-
 }  // namespace
 
 RadioMaterial radio_material(city::Material material) {
@@ -55,7 +48,10 @@ RadioMaterial radio_material(city::Material material) {
 }
 
 std::complex<double> complex_permittivity(const RadioMaterial& material, double frequency_hz) {
-  const double ghz = checked_ghz(frequency_hz);
+  if (!(frequency_hz >= 1e9 && frequency_hz <= 10e9))
+    throw InputError(fmt::format("frequency of {} Hz is outside the material tables", frequency_hz),
+                     "give a carrier of 1e9 to 10e9 Hz");
+  const double ghz = frequency_hz * 1e-9;
   const double conductivity = material.c * std::pow(ghz, material.d);  // [S/m]
   return {material.a * std::pow(ghz, material.b),
           -conductivity / (2 * geodesy::kPi * frequency_hz * kElectricConstant)};
@@ -110,17 +106,6 @@ namespace {
 using Complex = std::complex<double>;
 constexpr Complex kJ{0, 1};
 
-void check_incidence(double incidence_rad) {
-  if (!(incidence_rad >= 0 && incidence_rad <= geodesy::kPi / 2))
-    throw InputError(fmt::format("angle of incidence of {} rad", incidence_rad),
-                     "give the angle between ray and normal, 0 to pi/2");
-}
-
-void check_wavelength(double wavelength_m) {
-  if (!(wavelength_m > 0) || !std::isfinite(wavelength_m))
-    throw InputError(fmt::format("wavelength of {} m", wavelength_m), "give one above 0 m");
-}
-
 /// sqrt(eta - sin^2) without cancellation at grazing angles on thin media; real part >= 0, imaginary part <=
 /// 0: the wave in the medium decays.
 Complex refracted_cosine(Complex eta, double cosine) {
@@ -130,7 +115,9 @@ Complex refracted_cosine(Complex eta, double cosine) {
 }  // namespace
 
 LinearReflection reflect_half_space(Complex eta, double incidence_rad) {
-  check_incidence(incidence_rad);
+  if (!(incidence_rad >= 0 && incidence_rad <= geodesy::kPi / 2))
+    throw InputError(fmt::format("angle of incidence of {} rad", incidence_rad),
+                     "give the angle between ray and normal, 0 to pi/2");
   if (!(eta.real() >= 1) || !(eta.imag() <= 0) || !std::isfinite(eta.real()) || !std::isfinite(eta.imag()))
     throw InputError(fmt::format("relative permittivity of {} {:+} j", eta.real(), eta.imag()),
                      "give eps' - j eps'' with eps' >= 1 and eps'' >= 0");
@@ -140,7 +127,8 @@ LinearReflection reflect_half_space(Complex eta, double incidence_rad) {
 }
 
 LinearReflection slab(Complex eta, double incidence_rad, double thickness_m, double wavelength_m) {
-  check_wavelength(wavelength_m);
+  if (!(wavelength_m > 0) || !std::isfinite(wavelength_m))
+    throw InputError(fmt::format("wavelength of {} m", wavelength_m), "give one above 0 m");
   if (!(thickness_m >= 0) || !std::isfinite(thickness_m))
     throw InputError(fmt::format("slab of {} m", thickness_m), "give a thickness of 0 m or more");
   const LinearReflection surface = reflect_half_space(eta, incidence_rad);

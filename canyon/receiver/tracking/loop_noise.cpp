@@ -152,10 +152,6 @@ double chirp_line(const Spectrum& chirp, double offset_hz) {
          (2 * chirp.width_hz * chirp.period_s);
 }
 
-bool has_lines(const Spectrum& s) {
-  return s.shape == Shape::Chirp && s.width_hz * s.period_s <= kLinesOfChirp;
-}
-
 }  // namespace
 
 double spectral_separation_per_hz(const Correlation& signal, double carrier_hz, const Spectrum& other) {
@@ -171,7 +167,7 @@ double spectral_separation_per_hz(const Correlation& signal, double carrier_hz, 
       return density(f_hz) * code.density((f_hz - offset) / other.chip_rate_hz) / other.chip_rate_hz;
     });
   }
-  if (!has_lines(other)) {
+  if (other.shape != Shape::Chirp || !(other.width_hz * other.period_s <= kLinesOfChirp)) {
     return integral(std::max(-edge, offset - other.width_hz / 2), std::min(edge, offset + other.width_hz / 2),
                     rate, density) /
            other.width_hz;

@@ -297,11 +297,8 @@ Fault parse_fault(const std::string& text, const std::string& source, double now
 
 namespace {
 
-/// The largest number that RINEX 3.05 has for a satellite of the system (5.2, table 1).
-int last_number(gnss::System system) {
-  constexpr std::array<int, gnss::kAllSystems.size()> kLast{32, 28, 36, 63, 10, 58};
-  return kLast[static_cast<std::size_t>(system)];
-}
+/// The largest number that RINEX 3.05 has for a satellite of each system (5.2, table 1).
+constexpr std::array<int, gnss::kAllSystems.size()> kLast{32, 28, 36, 63, 10, 58};
 
 bool is_system(std::string_view name) {
   return std::any_of(gnss::kAllSystems.begin(), gnss::kAllSystems.end(), [&](gnss::System system) {
@@ -321,7 +318,8 @@ bool holds(const SatelliteSet& set, gnss::SatelliteId id) {
 void check_satellites(const SatelliteSet& set) {
   for (const std::string& name : set) {
     const auto id = gnss::parse_satellite(name);
-    if (is_system(name) || (id && id->number >= 1 && id->number <= last_number(id->system))) continue;
+    const int last = id ? kLast[static_cast<std::size_t>(id->system)] : 0;
+    if (is_system(name) || (id && id->number >= 1 && id->number <= last)) continue;
     throw InputError(
         fmt::format("'{}' is not a satellite", name),
         "write names such as G05, R12, E11, C30, J02, S23, or systems: GPS, GLONASS, Galileo, BeiDou, QZSS, "

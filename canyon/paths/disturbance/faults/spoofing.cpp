@@ -21,12 +21,6 @@ namespace {
 using Eigen::Vector3d;
 using geodesy::kSpeedOfLight;
 
-/// Power of a satellite's signal at an isotropic antenna in clear view [dBW], by the default link budget.
-double nominal_dbw(const gnss::Signal& signal, double elevation_rad) {
-  static const signal::LinkBudgetOptions kLink;
-  return signal.minimum_dbw + kLink.above_minimum_db + signal::elevation_rise_db(elevation_rad);
-}
-
 }  // namespace
 
 PullOffOptions::Progress PullOffOptions::progress(double seconds, double target_m) const {
@@ -212,7 +206,9 @@ void Spoofing::apply(const propagation::Antenna& antenna, propagation::Arrival& 
       path.range_rate_mps = rate_mps + (paths.front().arrival - transmitter_path.arrival).dot(velocity_enu);
       for (const gnss::Signal* signal : signals_) {
         if (signal->system != id.system || !gnss::transmits(id, *signal, antenna.time)) continue;
-        const double nominal = nominal_dbw(*signal, line.elevation_rad);
+        // At an isotropic antenna in clear view [dBW], by the default link budget.
+        const double nominal = signal->minimum_dbw + signal::LinkBudgetOptions().above_minimum_db +
+                               signal::elevation_rise_db(line.elevation_rad);
         const double advantage_db =
             ramp_db + (options_.power_dbm ? *options_.power_dbm - 30 + transmitter_path.gain_db - nominal
                                           : options_.advantage_db - transmitter_path.obstruction_db +
