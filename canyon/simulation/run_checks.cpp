@@ -210,10 +210,6 @@ void check_faults(const RunView& run, std::vector<std::string>& warnings) {
   }
 }
 
-void check_all_corrections(const Scenario& scenario) {
-  for (std::size_t r = 0; r < scenario.receivers.size(); ++r) check_corrections(scenario.receivers, r);
-}
-
 }  // namespace
 
 void check_city(const Scenario& scenario, const city::City& city) {
@@ -227,7 +223,8 @@ std::vector<std::string> check_run(const RunView& run) {
   std::vector<std::string> warnings;
   check_ionosphere(run.scenario, run.sky);
   check_streams(run.scenario);
-  check_all_corrections(run.scenario);
+  for (std::size_t r = 0; r < run.scenario.receivers.size(); ++r)
+    check_corrections(run.scenario.receivers, r);
   check_all_sensors(run, warnings);
   check_positions(run, warnings);
   check_fixed(run);

@@ -42,11 +42,6 @@ constexpr double kShell_m = 6371e3 + 350e3;
 /// within the usual 0.1 to 1 TECU, 100 to 300 km and 10 to 60 min.
 constexpr double kTravelling_m = 0.05, kTravellingTime_s = 600, kTravellingLength_m = 4e4;
 
-/// Value of the groups of the satellite's first signal.
-double satellite_value(const gnss::GroupValues& values, gnss::SatelliteId id) {
-  return gnss::sum_of(values, id, gnss::signals_of(id.system).front(), GpsTime());
-}
-
 /// Replaces rotations[k] by cos(2 pi rotations[k]), within 1e-13 below 1e9, plus the input's rounding.
 CANYON_CLONES void take_cosines(double* __restrict rotations, std::size_t count) {
   constexpr double kWhole = 6755399441055744;  // 1.5 * 2^52: adding it rounds to a whole number
@@ -208,8 +203,9 @@ RangeErrorModel::RangeErrorModel(const RangeErrorOptions& options, std::uint64_t
       return RandomWaves(RandomStream(seed, "space/" + gnss::to_string(id) + what),
                          options.orbit_clock_time_s, kEverywhere);
     };
-    satellites_.emplace(id, OfSatellite{satellite_value(options.orbit_clock_m, id), waves("/range"),
-                                        waves("/along"), waves("/cross")});
+    const auto& first = gnss::signals_of(id.system).front();
+    satellites_.emplace(id, OfSatellite{gnss::sum_of(options.orbit_clock_m, id, first, GpsTime()),
+                                        waves("/range"), waves("/along"), waves("/cross")});
   }
   if (klobuchar.empty()) return;
   const auto gps_entry = klobuchar.find(gnss::System::GPS);

@@ -75,11 +75,6 @@ struct Column {
 };
 using Columns = std::array<std::optional<Column>, kQuantities>;
 
-const Unit* find_unit(std::span<const Unit> units, std::string_view name) {
-  const auto at = std::find_if(units.begin(), units.end(), [name](const Unit& u) { return u.name == name; });
-  return at == units.end() ? nullptr : &*at;
-}
-
 /// Splits a name and its unit: "lat [rad]", "lat (rad)" and "lat_rad" have "rad".
 std::pair<std::string, const Unit*> parted(std::string_view text, std::span<const Unit> units) {
   const std::string name = lower_case(trim(text));
@@ -87,9 +82,11 @@ std::pair<std::string, const Unit*> parted(std::string_view text, std::span<cons
   const bool brackets = name.back() == ']' || name.back() == ')';
   const std::size_t at = name.find_last_of(brackets ? "[(" : "_");
   if (at == std::string::npos) return {name, nullptr};
-  const Unit* unit = find_unit(
-      units, trim(std::string_view(name).substr(at + 1, name.size() - at - 1 - (brackets ? 1 : 0))));
-  return unit == nullptr ? std::pair(name, unit) : std::pair(std::string(trim(name.substr(0, at))), unit);
+  const std::string_view word =
+      trim(std::string_view(name).substr(at + 1, name.size() - at - 1 - (brackets ? 1 : 0)));
+  for (const Unit& unit : units)
+    if (unit.name == word) return {std::string(trim(name.substr(0, at))), &unit};
+  return {name, nullptr};
 }
 
 /// Names of the time's column in other programs.
@@ -541,14 +538,6 @@ double degrees_of(const RecordAt& at, std::span<const std::string_view> parts) {
   return std::copysign(std::abs(d) + m / 60 + s / 3600, parts[0][0] == '-' ? -1 : 1);
 }
 
-/// The first line that is not a comment.
-std::string first_line(const std::filesystem::path& path) {
-  TextFile file = TextFile::streamed(path);
-  auto line = file.next_line();
-  while (line && is_skipped(*line)) line = file.next_line();
-  return std::string(line.value_or(std::string_view()));
-}
-
 /// Calls `read` for the lines that are not comments by these marks, and checks the result.
 template <typename Read>
 RecordedPath read_lines(TextFile& file, std::string_view marks, const Read& read) {
@@ -693,7 +682,10 @@ RecordedPath read_urbannav(TextFile& file) {
 }
 
 bool is_urbannav(const std::filesystem::path& path) {
-  const std::string line = first_line(path);
+  TextFile file = TextFile::streamed(path);
+  auto first = file.next_line();
+  while (first && is_skipped(*first)) first = file.next_line();
+  const std::string_view line = first.value_or(std::string_view());
   const bool blanks = is_blank_separated(line);
   const Fields fields = blanks ? split_blanks(line) : split(line, ',');
   if (!blanks && fields.size() != 5) return false;

@@ -70,13 +70,9 @@ constexpr Version2Types kVersion2[] = {
     {"C", "6I", "C6", '6', 0, k3},       {"EJ", "6X", "C6", '6', 0, k3},    {"E", "8X", "C8", '8', 0, k3},
 };
 
-/// Only 3.02 calls the band of B1I 1, which is B1C's in all other versions.
-bool calls_b1i_band1(System system, double version) {
-  return system == System::BeiDou && version > 3.015 && version < 3.025;
-}
-
 std::vector<std::string> listed(const gnss::Signal& signal, double version) {
-  const bool b1i_band1 = calls_b1i_band1(signal.system, version);
+  // Only 3.02 calls the band of B1I 1, which is B1C's in all other versions.
+  const bool b1i_band1 = signal.system == System::BeiDou && version > 3.015 && version < 3.025;
   if (b1i_band1 && signal.code.front() == '1') return {};
   std::vector<std::string> codes{std::string(signal.code)};
   for (const std::string_view code : split_blanks(signal.also_read)) codes.emplace_back(code);
