@@ -22,6 +22,7 @@
 #include "canyon/outputs/live/hosted_receiver.hpp"
 #ifdef CANYON_WITH_ROS2
 #include "adapters/ros2/host_publisher.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
 #endif
 
 namespace canyon::adapters::gazebo_classic {

@@ -14,6 +14,7 @@
 #include "canyon/base/text.hpp"
 #include "canyon/outputs/encoding/encoder.hpp"
 #include "canyon/outputs/encoding/stream.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
 #include "canyon/receiver/receiver_options.hpp"
 #include "canyon/receiver/rtk/correction_link.hpp"
 #include "canyon/simulation/environment.hpp"
