@@ -1,6 +1,5 @@
 #include "canyon/receiver/fix_input.hpp"
 
-
 #include <algorithm>
 #include <cmath>
 

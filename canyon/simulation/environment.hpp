@@ -93,8 +93,7 @@ class Environment {
   }
 
   /// A thread-safe propagator over this city; the environment must outlive it. Equal options share memory.
-  [[nodiscard]] propagation::Propagator make_propagator(
-      const propagation::PropagationOptions& options) const;
+  [[nodiscard]] propagation::Propagator make_propagator(const propagation::PropagationOptions& options) const;
 
   /// make_arrival() of all satellites for an antenna in the city's ENU frame: with errors, without paths.
   [[nodiscard]] propagation::Arrival arrival(geodesy::GpsTime time, const Eigen::Vector3d& antenna_enu) const;

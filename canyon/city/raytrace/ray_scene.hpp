@@ -35,7 +35,7 @@ using InstanceId = std::uint32_t;
 struct Hit {
   double range_m = 0;
   Eigen::Vector3d normal{0, 0, 1};  ///< unit, of the triangle's front side, ENU
-  bool front = true;                                  ///< the ray hit the front side
+  bool front = true;                ///< the ray hit the front side
   InstanceId instance = 0;
   std::uint32_t triangle = 0;  ///< index into that instance's mesh
 };

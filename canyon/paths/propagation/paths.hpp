@@ -214,8 +214,8 @@ struct Body {
   enum class Kind : std::uint8_t { Vehicle, Structure, Crown };
   Kind kind = Kind::Vehicle;
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();
-  Eigen::Vector2d ahead{1, 0};  ///< unit: along its length
-  double half_length_m = 0, half_width_m = 0;        ///< Crown: the radius of the sphere, both
+  Eigen::Vector2d ahead{1, 0};                 ///< unit: along its length
+  double half_length_m = 0, half_width_m = 0;  ///< Crown: the radius of the sphere, both
   double bottom_m = 0, top_m = 0;
   bool grounded = true;    ///< no signal passes below it
   double sill_m = 0;       ///< height over the ground up to which it is metal; glass above

@@ -1,6 +1,5 @@
 #include "canyon/receiver/positioning/fix.hpp"
 
-
 #include <algorithm>
 #include <array>
 #include <cmath>

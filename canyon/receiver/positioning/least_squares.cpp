@@ -151,8 +151,7 @@ template <int MaxRows>
 typename BasicLeastSquares<MaxRows>::Vector BasicLeastSquares<MaxRows>::leverages() const {
   const double rounding = std::numeric_limits<double>::epsilon();
   const Eigen::Index in_image = rank(rounding * static_cast<double>(std::min(qr_.rows(), qr_.cols())));
-  const Matrix image =
-      Eigen::householderSequence(qr_, reflections_) * Matrix::Identity(qr_.rows(), in_image);
+  const Matrix image = Eigen::householderSequence(qr_, reflections_) * Matrix::Identity(qr_.rows(), in_image);
   return image.rowwise().squaredNorm();
 }
 

@@ -108,8 +108,8 @@ class BasicLeastSquares {
 
  private:
   // Of Eigen::ColPivHouseholderQR, whose class takes seconds to compile in each file that includes it.
-  Matrix qr_;              // R, and the essential parts of the reflections
-  Unknowns reflections_;   // their coefficients
+  Matrix qr_;                     // R, and the essential parts of the reflections
+  Unknowns reflections_;          // their coefficients
   std::array<int, 8> columns_{};  // column of A for each column of R
   Eigen::Index nonzero_pivots_ = 0;
   double max_pivot_ = 0;

@@ -19,8 +19,8 @@ namespace canyon::propagation {
 /// face 0 is normal[0] x direction and has the angle 0, the one into face 1 is direction x normal[1] and has
 /// `exterior_rad`. A free edge has its sheet as both faces, with opposite normals and 2 pi of air between.
 struct Edge {
-  Eigen::Vector3d start = Eigen::Vector3d::Zero();       ///< [m]
-  Eigen::Vector3d direction{1, 0, 0};  ///< unit
+  Eigen::Vector3d start = Eigen::Vector3d::Zero();  ///< [m]
+  Eigen::Vector3d direction{1, 0, 0};               ///< unit
   double length_m = 0;
   double exterior_rad = 0;  ///< of air between the faces, (pi, 2 pi]
   std::array<Eigen::Vector3d, 2> normal{Eigen::Vector3d::UnitZ(),
