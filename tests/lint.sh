@@ -127,6 +127,12 @@ grep_each "a source is declared in the header of its name" '^// Declared in ' "$
 grep_each "not ASCII" '[^ -~	]' $(printf '%s\n' "${sources[@]}")
 grep_each "a test may not sleep" 'sleep_for|usleep\(|[^_a-z]sleep\(' $(printf '%s\n' "${sources[@]}" | grep '_test\.cpp$')
 
+# Headers are cheap: what solves, parses or formats is included by sources. Exceptions are headers that one folder alone includes.
+mapfile -t cheap < <(printf '%s\n' "${sources[@]}" | grep '\.hpp$' | grep -vE \
+  '/(base/transport/devices|city/mesh_parts|receiver/positioning/fusion/inertial_errors|analysis/heatmap/cells/cell_fix)\.hpp$')
+grep_each "a header may not include solvers, JSON, YAML, fmt or Boost" \
+  '#include <(Eigen/(Dense|QR|SVD|LU|Cholesky|Eigenvalues)|nlohmann/|yaml-cpp/|fmt/|boost/)' "${cheap[@]}"
+
 # 6. The total of lines does not rise above tests/lines_budget.txt.
 allowed=$(sed -n 's/^total *//p' tests/lines_budget.txt 2>/dev/null)
 lines=$("$counter" . | sed -n 's/^total *//p')

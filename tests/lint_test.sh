@@ -36,6 +36,7 @@ plant canyon/analysis/validation/planted.cpp '#include <osmium/osm.hpp>'
 plant canyon/city/planted.hpp '#pragma once
 using namespace std;'
 plant canyon/city/planted.hpp '// no pragma once'
+plant canyon/receiver/planted.hpp '#include <Eigen/QR>'
 echo '#pragma once' >"$copy/canyon/receiver/tracking/first.hpp"
 plant canyon/receiver/tracking/first.cpp '#include <vector>
 #include "canyon/receiver/tracking/first.hpp"'
