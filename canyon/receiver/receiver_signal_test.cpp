@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "canyon/receiver/positioning/position_filter.hpp"
 #include "canyon/receiver/receiver.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/signal_scene.hpp"

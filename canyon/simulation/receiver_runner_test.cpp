@@ -11,6 +11,7 @@
 #include "canyon/base/geodesy/time_scales.hpp"
 #include "canyon/base/options/describe.hpp"
 #include "canyon/city/synthetic_city.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
 #include "canyon/simulation/environment.hpp"
 #include "canyon/simulation/scenario/scenario.hpp"
 #include "canyon/simulation/simulator.hpp"
