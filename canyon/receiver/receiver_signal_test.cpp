@@ -342,7 +342,7 @@ TEST(ReceiverSignal, DiffuseSignalsAreWeakAndRayleigh) {
   }
   EXPECT_NEAR(mean, 1, 5 / std::sqrt(kCount));
   EXPECT_NEAR(square, 2, 5 * std::sqrt(20.0 / kCount));
-  EXPECT_NEAR(below, kCount / 2, 5 * std::sqrt(kCount) / 2);
+  EXPECT_NEAR(below, kCount / 2.0, 5 * std::sqrt(kCount) / 2);
 }
 
 // In motion a loop averages many fades: 2 m/s at 0.28 wavelengths make x = T / tau_c = 0.754 in 20 ms, the
