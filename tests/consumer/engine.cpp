@@ -2,9 +2,6 @@
 #include <canyon/canyon.hpp>
 #include <cstdio>
 
-#include "canyon/paths/propagation/propagator.hpp"
-#include "canyon/simulation/environment.hpp"
-
 int main() {
   using namespace canyon;
   const city::City city = city::synthetic_city({});

@@ -1,9 +1,6 @@
 #include <canyon/io.hpp>
 #include <iostream>
 
-#include "canyon/simulation/scenario/scenario.hpp"
-#include "canyon/simulation/simulator.hpp"
-
 int main(int, char** arguments) {
   auto scenario = canyon::simulation::read_scenario(arguments[1]);
   auto city = canyon::simulation::load_city(scenario);

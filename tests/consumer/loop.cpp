@@ -2,8 +2,6 @@
 #include <fstream>
 #include <iostream>
 
-#include "canyon/simulation/environment.hpp"
-
 int main() {
   using namespace canyon;
   const auto config =
