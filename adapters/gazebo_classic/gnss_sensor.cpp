@@ -20,9 +20,9 @@
 #include "adapters/gazebo_classic/publishers.hpp"
 #include "adapters/gazebo_classic/world_geometry.hpp"
 #include "canyon/outputs/live/hosted_receiver.hpp"
+#include "canyon/paths/propagation/propagator.hpp"
 #ifdef CANYON_WITH_ROS2
 #include "adapters/ros2/host_publisher.hpp"
-#include "canyon/paths/propagation/propagator.hpp"
 #endif
 
 namespace canyon::adapters::gazebo_classic {
